@@ -1,4 +1,4 @@
-/** The parts of the page, made once in `main.tsx` and handed down. */
+/** The services of the page, created once in `main.tsx` and passed to components by context. */
 
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
@@ -22,9 +22,9 @@ export interface App {
 
 export const AppContext = createContext<App | undefined>(undefined);
 
-/** The parts, inside of a component. */
+/** The services, inside a component. */
 export function useApp(): App {
   const app = useContext(AppContext);
-  if (!app) throw new Error("a component was drawn outside of the page's frame");
+  if (!app) throw new Error("a component was rendered outside the app context");
   return app;
 }

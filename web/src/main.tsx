@@ -1,4 +1,4 @@
-/** Creates the parts of the page and connects them. */
+/** Creates the services of the page and connects them. */
 
 import { effect } from "@preact/signals";
 import { render } from "preact";
@@ -37,7 +37,7 @@ effect(() => {
   document.documentElement.lang = language.value;
   document.documentElement.dataset.theme = theme.value;
 });
-// Paper is white.
+// Print in the light theme.
 addEventListener("beforeprint", () => {
   document.documentElement.dataset.theme = "light";
 });

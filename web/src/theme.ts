@@ -1,4 +1,4 @@
-/** Colours and sizes that drawing code needs; everything else about looks is in `theme.css`. */
+/** Colours and sizes used by drawing code; all other styles are in `theme.css`. */
 
 /** Okabe–Ito colours of diffraction orders −4…4; they appear inside data views only, always with a label. */
 const ORDER_COLOURS: Readonly<Record<number, string>> = {
@@ -16,7 +16,7 @@ const ORDER_COLOURS: Readonly<Record<number, string>> = {
 /** Colour of lines and points without an order. */
 export const NO_ORDER_COLOUR = "#9AA0A6";
 
-/** The order of a line that has none, as the live stream writes it. */
+/** Value of `order` in the live stream for lines without an order. */
 export const NO_ORDER = -128;
 
 /** Colour of a diffraction order, as `#rrggbb`. */
@@ -24,14 +24,14 @@ export function orderColour(order: number): string {
   return ORDER_COLOURS[order] ?? NO_ORDER_COLOUR;
 }
 
-/** The name of an order as people read it: `−2`, `0`, `+1`. */
+/** The displayed name of an order: `−2`, `0`, `+1`. */
 export function orderName(order: number): string {
   if (order === NO_ORDER) return "–";
   return order > 0 ? `+${order}` : order < 0 ? `−${-order}` : "0";
 }
 
-/** After so long without a word from the server, what is shown is called stale. */
+/** Time without messages after which displayed data counts as stale, ms. */
 export const STALE_AFTER_MS = 1500;
 
-/** Frames per second that the live views ask for. */
+/** Frame rate requested by live views, Hz. */
 export const LIVE_RATE_HZ = 30;

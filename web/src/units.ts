@@ -1,27 +1,27 @@
-/** Numbers as people write and read them: always with a unit, in the chosen language, decimal comma or point. */
+/** Formatting and parsing of numbers in the chosen language, with units. */
 
-/** A number with fixed decimals; "–" where there is none. */
+/** A number with fixed decimals; "–" if undefined. */
 export function decimal(value: number | null | undefined, digits: number, language: string): string {
   if (value == null || !Number.isFinite(value)) return "–";
-  // Minus as a minus sign, so that columns of figures align.
+  // A typographic minus sign, so that columns of numbers align.
   return value
     .toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits })
     .replace("-", "−");
 }
 
-/** A whole number with separated thousands. */
+/** A whole number with thousands separators. */
 export function count(value: number | null | undefined, language: string): string {
   return decimal(value, 0, language);
 }
 
-/** A length given in mm, in mm or, where it is small, in µm. */
+/** A length in mm or, if it is small, in µm. */
 export function length(value_mm: number | null | undefined, language: string): string {
   if (value_mm == null || !Number.isFinite(value_mm)) return "–";
   const small = Math.abs(value_mm) < 0.1;
   return small ? `${decimal(1e3 * value_mm, 1, language)} µm` : `${decimal(value_mm, 3, language)} mm`;
 }
 
-/** A duration in words of hours, minutes, seconds. */
+/** A duration in hours, minutes and seconds. */
 export function duration(value_s: number | null | undefined, language: string): string {
   if (value_s == null || !Number.isFinite(value_s)) return "–";
   if (value_s < 10) return `${decimal(value_s, 1, language)} s`;
@@ -31,7 +31,7 @@ export function duration(value_s: number | null | undefined, language: string): 
   return minutes > 0 ? `${minutes} min ${seconds % 60} s` : `${seconds} s`;
 }
 
-/** Bytes in powers of 1000. */
+/** A size in bytes, with decimal prefixes. */
 export function bytes(value: number | null | undefined, language: string): string {
   if (value == null || !Number.isFinite(value)) return "–";
   const units = ["B", "kB", "MB", "GB", "TB"];
@@ -46,15 +46,15 @@ export function dateTime(at_ms: number | null | undefined, language: string): st
 }
 
 /**
- * Reads what a person typed: point or comma as decimal separator, ASCII or typographic minus. All of the text counts:
- * one that is more or other than a plain number is `undefined`.
+ * Parses a typed number: point or comma as decimal separator, ASCII or typographic minus. The whole text must be a
+ * number, else the result is `undefined`.
  */
 export function parseDecimal(text: string): number | undefined {
   const plain = text.trim().replace(/[−–]/g, "-").replace(",", ".");
   return /^[-+]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : undefined;
 }
 
-/** Whether a text like "1,500" reads as thousands in the chosen language, though it may mean a fraction. */
+/** Whether a text like "1,500" could mean thousands or a decimal fraction in the chosen language. */
 export function isAmbiguous(text: string, language: string): boolean {
   const grouping = language === "de" ? /^[-+−–]?[1-9]\d{0,2}\.\d{3}$/ : /^[-+−–]?[1-9]\d{0,2},\d{3}$/;
   return grouping.test(text.trim());

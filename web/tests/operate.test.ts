@@ -3,8 +3,8 @@
 import { expect, test } from "vitest";
 import type { Job, Station } from "../src/api/client";
 import { lastOf } from "../src/pages/operate/last_part";
+import { freeName, scanOf, withChange } from "../src/pages/operate/plan";
 import { type Obstacle, obstacleOf } from "../src/pages/operate/readiness";
-import { freeName, scanOf, withChange } from "../src/pages/operate/recipe";
 import { barPlaces } from "../src/pages/operate/tolerance_bar";
 import type { Plan } from "../src/state/records/measurement_plan";
 import type { ScannedPart } from "../src/state/records/scanned";

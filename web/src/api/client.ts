@@ -16,7 +16,7 @@ export class ProblemError extends Error {
   }
 }
 
-/** Any error as a problem, so that pages show all of them alike. */
+/** Converts any error to a problem, so that all pages show errors in the same way. */
 export function problemOf(cause: unknown): Problem {
   if (cause instanceof ProblemError) return cause.problem;
   const unreachable = cause instanceof TypeError;
@@ -35,7 +35,7 @@ interface Answer<T> {
   response: Response;
 }
 
-/** The data of the response; a refusal is thrown as `ProblemError`. */
+/** Returns the data of the response; throws a `ProblemError` on an error response. */
 export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
   const { data, error, response } = await asked;
   if (response.ok) return data as T;
@@ -60,13 +60,13 @@ export async function bytes(href: string, init?: RequestInit): Promise<Response>
   return response;
 }
 
-/** What is known of a Stop; a response that is no result has neither. */
+/** Result of a Stop; both fields are undefined if the response is not a stop result. */
 export interface StopResult {
   acknowledged?: boolean | undefined;
   state?: string | undefined;
 }
 
-/** Requests Stop, with `keepalive` so that it survives the page. The caller sets the time limit. */
+/** Requests Stop, with `keepalive` so that the request completes even if the page is closed. The caller sets the time limit. */
 export async function postStop(actor: string, signal: AbortSignal): Promise<StopResult> {
   const headers = { "Sheaf-Actor": headerText(actor) };
   const answer = await fetch("/api/v1/station/stop", { method: "POST", keepalive: true, headers, signal });
@@ -96,12 +96,12 @@ export function makeApi(control: () => string | undefined, actor: () => string):
   return api;
 }
 
-/** Text for a header: its UTF-8, a letter per byte. */
+/** Encodes text for an HTTP header: one character per byte of its UTF-8 encoding. */
 function headerText(text: string): string {
   return String.fromCharCode(...new TextEncoder().encode(text));
 }
 
-/** A key that makes repeating a `POST` harmless. `crypto.randomUUID` exists on secure pages only. */
+/** An idempotency key for a `POST`. `crypto.randomUUID` is available in secure contexts only. */
 export function idempotencyKey(): string {
   const random = crypto.getRandomValues(new Uint8Array(16));
   return Array.from(random, (byte) => byte.toString(16).padStart(2, "0")).join("");

@@ -1,11 +1,11 @@
-/** Reading values whose shape the compiler cannot know: events of other versions, answers of a proxy. */
+/** Reads values of unknown type: events of other server versions, responses of a proxy. */
 
-/** A field of any value; undefined if it has none of this name. */
+/** Field `name` of a value; undefined if there is none. */
 export function fieldOf(value: unknown, name: string): unknown {
   return typeof value === "object" && value !== null ? Reflect.get(value, name) : undefined;
 }
 
-/** A field with a non-empty text. */
+/** Field `name` if it is a non-empty string. */
 export function textOf(value: unknown, name: string): string | undefined {
   const field = fieldOf(value, name);
   return typeof field === "string" && field !== "" ? field : undefined;

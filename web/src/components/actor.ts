@@ -1,8 +1,8 @@
-/** Who did something: a person by name, or a program. */
+/** Display name of the person or program that did something. */
 
 import { text } from "../text";
 
-/** What the server writes where a program gave no name. */
+/** Actor written by the server if an API client gave no name. */
 const WITHOUT_NAME = "rest";
 
 export function actorName(actor: string): string {

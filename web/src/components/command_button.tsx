@@ -1,4 +1,4 @@
-/** A button that carries out a command and shows what became of it. */
+/** A button that runs a command and shows its progress and result. */
 
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
@@ -9,7 +9,7 @@ import { ProblemCard } from "./problem";
 interface Properties {
   command: Command;
   children: ComponentChildren;
-  /** Why it is disabled; shown on activation. */
+  /** Why the command is not possible now; shown below the button. */
   blocked?: string | false | undefined;
   kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator" | undefined;
 }
@@ -24,7 +24,7 @@ export function CommandButton({ command, children, blocked, kind }: Properties) 
   const press = () => {
     if (!present.current.blocked) void present.current.command.start();
   };
-  // A blocked button stays reachable, so that it can say why.
+  // A blocked button stays focusable, so that its reason is accessible.
   return (
     <span class="command">
       <button
@@ -34,7 +34,7 @@ export function CommandButton({ command, children, blocked, kind }: Properties) 
         aria-disabled={blocked || busy ? "true" : undefined}
         data-phase={phase}
         onClick={() => {
-          // A touch does not take the focus from a field in every browser: what was typed counts first.
+          // In some browsers a touch does not blur a field: commit its input first.
           const field = document.activeElement;
           if (!(field instanceof HTMLInputElement && field.classList.contains("number-input"))) return press();
           field.blur();

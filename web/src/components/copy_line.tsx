@@ -1,4 +1,4 @@
-/** A line to be copied, with a button that does it. */
+/** A line of text with a button that copies it. */
 
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
@@ -12,7 +12,7 @@ export function CopyLine({ line }: { line: string }) {
       await navigator.clipboard.writeText(line);
       copied.value = true;
     } catch {
-      // Without permission, or over plain http from another computer: the line is at least selected.
+      // Without permission, or over plain HTTP from another computer, select the line instead.
       if (element.current) getSelection()?.selectAllChildren(element.current);
     }
   };

@@ -1,4 +1,4 @@
-/** Data of the server that load again when an event says that they changed. */
+/** Server data that are reloaded when an event reports a change. */
 
 import type { ReadonlySignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
@@ -8,10 +8,10 @@ import type { StationEvent } from "../state/records/events";
 import type { Loaded } from "../state/resource";
 import { useLoaded } from "./loading";
 
-/** Concerned by whatever happens. */
+/** Reloads after every event. */
 export const EVERY_EVENT = () => true;
 
-/** Loads at once, after events that `concern` it (of many at once only once more), and after the link was lost. */
+/** Loads now, after events for which `concerns` is true (coalesced), and after a reconnect. */
 export function useFollowed<T>(
   load: () => Promise<T>,
   concerns: (event: StationEvent) => boolean = EVERY_EVENT,

@@ -1,4 +1,4 @@
-/** Data of the server within a component. */
+/** Loading server data in a component. */
 
 import type { ReadonlySignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
@@ -8,8 +8,8 @@ import { text } from "../text";
 import { ProblemCard } from "./problem";
 
 /**
- * Loads what belongs to `inputs`, and drops it when one of them changes: old values do not stand under new inputs.
- * When one of `occasions` changes it loads again and shows the old value meanwhile.
+ * Loads data for `inputs`; a change of `inputs` discards the old value and loads again.
+ * A change of `occasions` loads again and keeps the old value meanwhile.
  */
 export function useLoaded<T>(
   load: () => Promise<T>,
@@ -18,13 +18,13 @@ export function useLoaded<T>(
 ): { state: ReadonlySignal<Loaded<T>>; reload: () => Promise<void> } {
   const resource = useMemo(() => new Resource<T>(), []);
   const reload = () => resource.load(load);
-  // Before the browser paints the new inputs.
+  // Runs before the browser paints the new inputs.
   useLayoutEffect(() => resource.clear(), inputs);
   useEffect(() => void reload(), [...inputs, ...occasions]);
   return { state: resource.state, reload };
 }
 
-/** Shows loaded data, or why there are none. */
+/** Renders loaded data, a loading message, or the problem. */
 export function Show<T>(properties: { of: ReadonlySignal<Loaded<T>>; children: (value: T) => ComponentChildren }) {
   const { value, problem } = properties.of.value;
   return (

@@ -4,12 +4,12 @@ import { language, text } from "../text";
 const OF_SERVER = "urn:sheaf:problem:";
 const OF_PAGE = "urn:sheaf:problem:page";
 
-/** The language of what the server writes for people. */
+/** The language of the server's messages. */
 const OF_THE_SERVER = "en";
 
-/** What kind of problem it is, in the chosen language where its type is known. */
+/** Title of the problem, translated if its type is known. */
 function titleOf({ type, title }: Problem): string {
-  // English titles come with the problem, some more exact than their type.
+  // English titles come with the problem; some are more specific than the type.
   if (language.value === "en" || !type.startsWith(OF_SERVER)) return title;
   return text.value.problems[type.slice(OF_SERVER.length)] ?? title;
 }
@@ -17,7 +17,7 @@ function titleOf({ type, title }: Problem): string {
 /** A problem: detail, cause and remedy. Server texts are English. */
 export function ProblemCard({ problem, onDismiss }: { problem: Problem; onDismiss?: () => void }) {
   const words = text.value.common;
-  // What the page itself says is in the chosen language.
+  // Problems created by the page are in the chosen language.
   const own = problem.type === OF_PAGE ? undefined : OF_THE_SERVER;
   const unreachable = problem.type === `${OF_SERVER}unreachable`;
   return (

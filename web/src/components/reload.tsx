@@ -1,6 +1,6 @@
 import { text } from "../text";
 
-/** Loads the page again: after an update of the server, or when a part of it failed. */
+/** Reloads the page: after a server update or an error in the page. */
 export function ReloadButton() {
   return (
     <button type="button" onClick={() => location.reload()}>

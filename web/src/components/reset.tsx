@@ -1,4 +1,4 @@
-/** Reset after a Stop or a fault: a user confirms that motion and laser are allowed again. */
+/** Reset after a Stop or a fault: the user allows motion and laser again. */
 
 import { useMemo } from "preact/hooks";
 import { data } from "../api/client";

@@ -1,4 +1,4 @@
-/** What lies on the simulated stage; a real station has no such choice. */
+/** Selects the part on the simulated stage; renders nothing on a real station. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";

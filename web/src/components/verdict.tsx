@@ -1,4 +1,4 @@
-/** A verdict as words, never as a colour alone: OK is grey, what is not is red with a sign. */
+/** A verdict as text with a symbol, never as colour alone: OK is grey, NOT OK red. */
 
 import { OUTCOME_SYMBOL } from "../state/records/outcome";
 import type { Verdict } from "../state/records/scanned";

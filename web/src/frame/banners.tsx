@@ -53,7 +53,7 @@ function lossText(lost: Loss): string {
   return lost.kind === "taken" ? words.control_taken(lost.by) : words.control_expired[lost.kind];
 }
 
-/** In the chosen language where its kind is known, with the server's own words, which may hold figures. */
+/** A fault in the chosen language if its kind is known, with the server's message, which may contain values. */
 function FaultText({ fault }: { fault: Station["faults"][number] }) {
   const words = text.value.frame;
   const known = words.faults[`${fault.device}.${fault.kind}`];
@@ -72,7 +72,7 @@ function FaultText({ fault }: { fault: Station["faults"][number] }) {
   );
 }
 
-/** What failed, what to do about it, and the word that it is done. */
+/** The faults with their remedies, and the button that acknowledges them. */
 function Faults({ status }: { status: Station }) {
   const words = text.value.frame;
   return (

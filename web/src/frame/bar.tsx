@@ -1,4 +1,4 @@
-/** The bar: what station, what state, what light, what link, who commands – and Stop. */
+/** The top bar: simulation mark, state, laser, interlock, connection, control, Stop. */
 
 import { useApp } from "../app";
 import { activityOf } from "../components/job/job_text";

@@ -1,4 +1,4 @@
-/** What remains of a page that failed: why, and a way out. The bar with Stop stands outside of it. */
+/** Error boundary of a page: shows the error and a reload button. The bar with Stop is outside it. */
 
 import { Component, type ComponentChildren } from "preact";
 import { problemOf } from "../api/client";

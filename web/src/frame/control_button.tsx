@@ -1,4 +1,4 @@
-/** Who commands, and the way to command. */
+/** Shows who is in control, and opens the dialog to take or release control. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -13,7 +13,7 @@ export function ControlButton() {
   const { control, station } = useApp();
   const open = useSignal(false);
   const words = text.value.frame;
-  // Without a link the holder of control is unknown; a lease expires within seconds.
+  // Without a connection the holder of control is unknown; a lease expires within seconds.
   const stale = station.stale.value;
   const other = stale ? undefined : control.other.value;
   const label = stale

@@ -1,4 +1,4 @@
-/** The page of the route; its code is loaded when it is first wanted. */
+/** The page of the current route; its code is loaded on first use. */
 
 import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
@@ -27,7 +27,7 @@ interface Loaded {
 
 const loaded = new Map<PageName, Signal<Loaded>>();
 
-/** Begins to load a page, so that it is there when it is wanted. */
+/** Starts loading a page's code before it is needed. */
 export function preload(page: PageName): Signal<Loaded> {
   const known = loaded.get(page);
   if (known && !known.peek().failure) return known;
@@ -53,7 +53,7 @@ export function Page() {
       </Boundary>
     );
   }
-  // A file that is gone is one of an older version of this page.
+  // A missing file belongs to an older version of the page.
   if (failure) return <Failure title={text.value.frame.page_missing} failure={failure} />;
   return <p class="muted">{text.value.frame.loading}</p>;
 }

@@ -4,7 +4,7 @@ import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/browser/shortc
 import { text } from "../text";
 import { preload } from "./page";
 
-/** The way to all pages. */
+/** Navigation to all pages. */
 export function Rail() {
   const { page: shown } = route.value;
   const current = shown in PARENTS ? PARENTS[shown as keyof typeof PARENTS] : shown;

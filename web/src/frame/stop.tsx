@@ -1,4 +1,4 @@
-/** Stop: alone at the right end of the bar, on every page, for everybody, with or without control. */
+/** The Stop button: at the right end of the bar on every page; works for everyone, with or without control. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../app";
@@ -8,7 +8,7 @@ function isStopKey(event: KeyboardEvent): boolean {
   return event.key === "Pause" || ((event.ctrlKey || event.metaKey) && event.key === ".");
 }
 
-/** Whether it is on the button while a dialog lies over all of the page and takes what is meant for it. */
+/** Whether the pointer is on the Stop button while a modal dialog intercepts the event. */
 function isBehindDialog(event: PointerEvent, button: Element | null): boolean {
   const box = button?.getBoundingClientRect();
   if (!box || !document.querySelector("dialog:modal")) return false;
@@ -37,7 +37,7 @@ export function StopButton() {
   }, [stop]);
   const words = text.value.frame;
   const lit = station.status.value?.laser.light === "not_controlled";
-  // Down, not click: a finger that slides off has still asked for a stop.
+  // Pointer down, not click: sliding off the button must still stop the station.
   return (
     <button
       ref={button}
@@ -45,7 +45,7 @@ export function StopButton() {
       class="stop"
       title={lit ? words.stop_hint_lit : words.stop_hint}
       onPointerDown={() => stop.press()}
-      // A click without a pointer comes from the keyboard or an assistive device.
+      // A click without a pointer comes from the keyboard or assistive technology.
       onClick={(event) => {
         if (event.detail === 0) stop.press();
       }}

@@ -1,4 +1,4 @@
-/** The title of the window: what a person sees of the station while another tab is open. */
+/** The window title, which shows the state of the station in the browser's tab. */
 
 import type { PageName } from "../state/browser/route";
 import type { Catalogue } from "../text/en";

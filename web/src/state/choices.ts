@@ -1,4 +1,4 @@
-/** What a person chooses from, in the order of every list of the page. */
+/** Choices of select fields, in display order. */
 
 import type { Schemas } from "../api/client";
 
@@ -7,7 +7,7 @@ export type SceneName = Schemas["SceneNameDto"];
 
 export const TOOLS: readonly Tool[] = ["sphere", "cylinder", "plane", "flatness", "step", "distance", "angle"];
 
-/** Files of the point cloud and of the mesh of a scan. */
+/** File formats of the point cloud and the mesh of a scan. */
 export const CLOUD_FORMATS = ["ply", "e57", "csv", "pcd"] as const;
 export const MESH_FORMATS = ["stl", "glb", "ply"] as const;
 

@@ -1,6 +1,6 @@
-/** Work that is wanted often and worth doing once. */
+/** Coalescing of repeated requests for the same work. */
 
-/** Starts `work` at once; requests while it is running cause exactly one more run afterwards. */
+/** Starts `work` now; any number of requests while it is running cause one more run afterwards. */
 export function coalesced(work: () => Promise<void>): () => Promise<void> {
   let running: Promise<void> | undefined;
   let again = false;

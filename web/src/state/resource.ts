@@ -1,4 +1,4 @@
-/** Data of the server that a page shows: loading, there, or refused with the reason. */
+/** Server data: loading, loaded, or failed with a problem. */
 
 import { signal } from "@preact/signals";
 import { type Problem, problemOf } from "../api/client";
@@ -12,7 +12,7 @@ export class Resource<T> {
   readonly state = signal<Loaded<T>>({});
   private asked = 0;
 
-  /** Shows the old value meanwhile, and beside a refusal; an answer that came too late is dropped. */
+  /** Loads; keeps the old value meanwhile and after a failure; discards outdated responses. */
   async load(read: () => Promise<T>): Promise<void> {
     this.asked += 1;
     const number = this.asked;
@@ -24,7 +24,7 @@ export class Resource<T> {
     }
   }
 
-  /** Drops the value, and answers that are still to come. */
+  /** Clears the value and ignores pending responses. */
   clear(): void {
     this.asked += 1;
     if (Object.keys(this.state.peek()).length > 0) this.state.value = {};

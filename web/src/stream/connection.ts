@@ -1,8 +1,8 @@
 /**
- * The WebSocket of the page: holds the subscriptions of all parts, reconnects automatically, and tracks its age.
+ * The WebSocket of the page: holds all subscriptions, reconnects automatically, and tracks the time of the last message.
  *
- * Parts call `subscribe` with a stream and a listener; the connection asks the server for the fastest rate and the
- * finest scale of all subscribers, and unsubscribes when the last one has gone.
+ * Components call `subscribe` with a stream and a listener; the connection requests the highest rate and the finest scale
+ * of all subscribers, and unsubscribes when the last one is removed.
  */
 
 import { signal } from "@preact/signals";
@@ -26,7 +26,7 @@ const LONGEST_PAUSE_MS = 2000;
 /** Retry interval of a hidden page: many open tabs must not overload a restarted server. */
 const HIDDEN_PAUSE_MS = 30_000;
 
-/** Jitter of the pauses, so that pages that lost the same server do not reconnect all at once. */
+/** Relative jitter of the pauses, so that pages do not all reconnect to a restarted server at once. */
 const PAUSE_SPREAD = 0.3;
 
 /** Timeout of a connection attempt. */
@@ -53,9 +53,9 @@ export class StreamConnection {
   readonly connected = signal(false);
   /** Time of the last message from the server, by `performance.now()`. */
   last_message_at_ms = performance.now();
-  /** What this viewer missed, by stream. */
+  /** Messages not sent to this page, by stream. */
   readonly dropped = signal<readonly DropCount[]>([]);
-  /** Time from this page to the server and back, ms. */
+  /** Round-trip time to the server, ms. */
   readonly round_trip_ms = signal<number | undefined>(undefined);
   /** The software version reported by the server. */
   readonly server_version = signal("");
@@ -80,7 +80,7 @@ export class StreamConnection {
 
   constructor(private readonly url: string) {}
 
-  /** Connects, and stays connected for as long as the page lives. */
+  /** Connects, and reconnects for the lifetime of the page. */
   start(): void {
     this.connect();
     setInterval(() => this.ping(), PING_EVERY_MS);
@@ -229,7 +229,7 @@ export class StreamConnection {
   private ping(): void {
     const now = performance.now();
     if (this.socket?.readyState !== WebSocket.OPEN) return;
-    // Browsers let hidden pages ask once a minute only: silence counts from an unanswered ping on.
+    // Browsers throttle timers of hidden pages to one a minute: measure silence from an unanswered ping.
     if (this.unanswered_since_ms !== undefined && now - this.unanswered_since_ms > SILENCE_MS) {
       this.abandon(this.socket);
       return;
@@ -256,7 +256,7 @@ export class StreamConnection {
     else this.send({ op: "unsubscribe", streams: [stream] });
   }
 
-  /** All subscriptions of a stream as one; undefined if there is none, or the page is hidden. */
+  /** The merged subscriptions of a stream; undefined if there are none, or the page is hidden. */
   private merged(stream: StreamName): Subscription | undefined {
     if (!this.visible && VIEWER_STREAMS.includes(stream)) return undefined;
     const wanted = [...this.subscribers]

@@ -1,17 +1,17 @@
-/** The binary messages of `sheaf.v1`, as `openapi/stream.md` writes them. Tables are views into the message, not copies. */
+/** The binary messages of `sheaf.v1`, specified in `openapi/stream.md`. Arrays are views into the message, not copies. */
 
-/** What opcodes 1 and 2 share: the moment of their frame. */
+/** Fields common to opcodes 1 and 2. */
 export interface FrameHeader {
   number: number;
   sequence: number;
-  /** Middle of the exposure on the station's clock. */
+  /** Middle of the exposure on the station's clock, ms. */
   captured_ms: number;
   position_mm: number;
   laser_on: boolean;
   calibrated: boolean;
 }
 
-/** A line found in an image. */
+/** A line detected in an image. */
 export interface Line {
   order: number;
   saturated: boolean;
@@ -31,10 +31,10 @@ export interface ImageMessage extends FrameHeader {
   bit_depth: number;
   exposure_us: number;
   n_saturated: number;
-  /** Pixels per 1/64 of full scale. */
+  /** Histogram: pixel counts of 64 equal bins up to full scale. */
   histogram: Uint32Array;
   lines: Line[];
-  /** u, v of all points by turns, in units. */
+  /** u and v of all points, interleaved, in 1/`units_per_px` pixels. */
   points: Uint16Array;
   units_per_px: number;
   jpeg: Uint8Array;
@@ -61,7 +61,7 @@ export interface ProfileMessage extends FrameHeader {
   y_mm: Float32Array;
   z_mm: Float32Array;
   sigma_mm: Float32Array;
-  /** u, v by turns, in units. */
+  /** u and v, interleaved, in 1/`units_per_px` pixels. */
   pixels: Uint16Array;
 }
 
@@ -75,7 +75,7 @@ export interface PointsBlock {
   n_points: number;
   origin_mm: readonly [number, number, number];
   step_mm: readonly [number, number, number];
-  /** 12 bytes a point: x, y, z u16, intensity u16, order i8, sigma class u8, along u16. */
+  /** 12 bytes per point: x, y, z u16, intensity u16, order i8, sigma class u8, along u16. */
   points: Uint8Array;
   /** Length of the whole block. */
   size_bytes: number;
@@ -90,7 +90,7 @@ export function sigmaOfClass(sigma_class: number): number {
   return sigma_class === 255 ? Number.NaN : 1e-4 * 2 ** (sigma_class / 16);
 }
 
-/** Reads a binary message; one of an opcode unknown to this page is `undefined`. */
+/** Decodes a binary message; `undefined` if its opcode is unknown. */
 export function decode(buffer: ArrayBuffer): BinaryMessage | undefined {
   const view = new DataView(buffer);
   switch (view.getUint8(0)) {
@@ -105,7 +105,7 @@ export function decode(buffer: ArrayBuffer): BinaryMessage | undefined {
   }
 }
 
-/** Reads blocks of points that stand one after the other, as `GET …/points` answers. */
+/** Decodes concatenated blocks of points, the response of `GET …/points`. */
 export function decodeBlocks(buffer: ArrayBuffer): PointsBlock[] {
   const blocks: PointsBlock[] = [];
   for (let at = 0; at < buffer.byteLength; ) {

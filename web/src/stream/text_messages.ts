@@ -5,7 +5,7 @@ import { fieldOf } from "../api/unknown";
 
 export type StreamName = "image" | "profile" | "points" | "state" | "jobs" | "events";
 
-/** Subscription of a part of the page to a stream. */
+/** A subscription to a stream. */
 export interface Subscription {
   stream: StreamName;
   max_rate_hz?: number;
@@ -40,7 +40,7 @@ export type ServerText =
   | { op: "dropped"; streams: DropCount[] }
   | { op: "stopped"; id?: number; acknowledged: boolean; state: string; detail: string | null };
 
-/** Whether a parsed message is one of this protocol: its `op` is known. The rest is the server's contract (`openapi/stream.md`). */
+/** Whether a parsed message has a known `op`. Its fields are guaranteed by the server (`openapi/stream.md`). */
 export function isServerText(message: unknown): message is ServerText {
   return OPS.has(fieldOf(message, "op"));
 }

@@ -14,8 +14,8 @@ function preferred(): Language {
   return typeof navigator !== "undefined" && navigator.language.startsWith("de") ? "de" : "en";
 }
 
-/** The chosen language: also that of numbers and dates. */
+/** The chosen language, also of numbers and dates. */
 export const language = remembered<Language>("language", preferred());
 
-/** The catalogue in force; reading it in a component follows a change of language. */
+/** The texts in the chosen language; components that read it update when the language changes. */
 export const text = computed(() => CATALOGUES[language.value] ?? en);

@@ -1,4 +1,4 @@
-/** Records that are not what was written: what each was, what that means, and what can be done. */
+/** Lists damaged records with cause and remedy. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -9,7 +9,7 @@ import { Command } from "../../state/station/command";
 import { text } from "../../text";
 import { DeleteDialog } from "./delete_dialog";
 
-/** Says it plainly; nothing where all records are whole. */
+/** Renders nothing if no record is damaged. */
 export function DamagedRecords({ rows }: { rows: readonly Damaged[] }) {
   const words = text.value.damaged;
   const deleting = useSignal<Damaged | undefined>(undefined);
@@ -41,7 +41,7 @@ export function DamagedRecords({ rows }: { rows: readonly Damaged[] }) {
   );
 }
 
-/** Results can be made again from the part; the rest has no way to be deleted, or is a log. */
+/** Only results can be deleted; the API has no deletion for other records. */
 function isDeletable({ kind }: Damaged): boolean {
   return kind === "scan";
 }

@@ -1,4 +1,4 @@
-/** The number fields that belong together: commands that depend on them wait until each holds an allowed number. */
+/** The number fields of a form; its commands are blocked while any field is invalid. */
 
 import { computed, signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -6,14 +6,14 @@ import { useMemo } from "preact/hooks";
 export class Form {
   private readonly wrong = signal<ReadonlyMap<string, string>>(new Map());
   private readonly typing = signal<ReadonlySet<string>>(new Set());
-  /** Whether a field holds an allowed number that becomes its value as soon as the field is left. */
+  /** Whether a field holds a valid number that is not committed yet. */
   readonly pending = computed(() => this.typing.value.size > 0);
-  /** Grows when all fields are to show their values again. */
+  /** Incremented to make all fields show their committed values again. */
   readonly restored = signal(0);
-  /** What is wrong with the first wrong field, in words; `undefined` if all are right. */
+  /** Error message of the first invalid field; `undefined` if all are valid. */
   readonly blocked = computed(() => this.wrong.value.values().next().value);
 
-  /** Notes what is wrong with a field (`undefined`: nothing), and whether it holds a number that is no value yet. */
+  /** Sets the error message of a field (`undefined`: valid), and whether it holds an uncommitted number. */
   note(field: string, wrong: string | undefined, typing = false): void {
     if (this.typing.peek().has(field) !== typing) {
       const others = [...this.typing.peek()].filter((name) => name !== field);
@@ -24,7 +24,7 @@ export class Form {
     this.wrong.value = new Map(wrong === undefined ? others : [...others, [field, wrong]]);
   }
 
-  /** Discards input that is not a value yet. */
+  /** Discards uncommitted input. */
   restore(): void {
     this.restored.value += 1;
   }

@@ -1,4 +1,4 @@
-/** Who sits before this page: shown to others, written into logs, remembered here. */
+/** The user's name: shown to others, written to logs, stored in this browser. */
 
 import { useApp } from "../../app";
 import { text } from "../../text";

@@ -1,6 +1,6 @@
 /**
- * A field for a number with its unit. What is typed becomes the value on Enter or when the field is left, and only if
- * all of it is an allowed number; a wrong text stays to be mended, says what is wrong, and blocks its form.
+ * A field for a number with its unit. Input is committed on Enter or blur, and only if the whole text is a valid number;
+ * invalid text remains with an error message and blocks the form.
  */
 
 import { useSignal } from "@preact/signals";
@@ -10,7 +10,7 @@ import type { Form } from "./form";
 import { type Limits, readTyped, written } from "./typed_number";
 
 interface Properties extends Limits {
-  /** What the commands that depend on this field look at. */
+  /** The form whose commands depend on this field. */
   form: Form;
   label: string;
   unit: string;
@@ -28,11 +28,11 @@ export function NumberField(properties: Properties) {
   const read = typed.value === undefined ? undefined : readTyped(typed.value, properties, language.value);
   const wrong = read && "wrong" in read ? read.wrong : undefined;
   const blocking = wrong && text.value.common.field_wrong(label, wrong);
-  // Before the browser does anything else, a click on a dependent button included.
+  // Runs before the browser handles the next event, such as a click on a dependent button.
   const typing = read !== undefined && "value" in read && read.value !== value;
   useLayoutEffect(() => form.note(id, blocking, typing), [form, id, blocking, typing]);
   useLayoutEffect(() => () => form.note(id, undefined), [form, id]);
-  // A value that came from elsewhere replaces a text, unless somebody is typing it.
+  // A new value from outside replaces the text, unless the field has the focus.
   useLayoutEffect(() => {
     if (document.activeElement !== input.current) typed.value = undefined;
   }, [value]);

@@ -1,4 +1,4 @@
-/** What a person typed into a number field: a number, nothing, or what is wrong with it in words. */
+/** Parses the text of a number field: a number, nothing, or an error message. */
 
 import { text } from "../../text";
 import { isAmbiguous, parseDecimal } from "../../units";
@@ -6,13 +6,13 @@ import { isAmbiguous, parseDecimal } from "../../units";
 export interface Limits {
   min?: number | undefined;
   max?: number | undefined;
-  /** Whether it may stay empty. */
+  /** Whether the field may be empty. */
   optional?: boolean | undefined;
-  /** Whether only whole numbers count. */
+  /** Whether the number must be whole. */
   whole?: boolean | undefined;
 }
 
-/** Nothing is ever made of a part of the text, or of a number near to it. */
+/** The whole text is parsed; nothing is truncated, rounded or clamped. */
 export type Typed = { value: number | undefined } | { wrong: string };
 
 export function readTyped(typed: string, limits: Limits, language: string): Typed {
@@ -30,7 +30,7 @@ export function readTyped(typed: string, limits: Limits, language: string): Type
   return value < min || value > max ? { wrong: words.out_of_range(shown(min), shown(max)) } : { value };
 }
 
-/** A value as a person would type it. */
+/** A value as it would be typed. */
 export function written(value: number | undefined, language: string): string {
   if (value === undefined) return "";
   return value.toLocaleString(language, { maximumFractionDigits: 6, useGrouping: false });

@@ -1,4 +1,4 @@
-/** The outcome of a job: its result, or the problem it ended with. */
+/** The result of a job, or the problem it ended with. */
 
 import { type Job, type Problem, ProblemError } from "../../api/client";
 import { text } from "../../text";
@@ -14,7 +14,7 @@ export function problemOfJob(job: Job): Problem {
   };
 }
 
-/** The id of what a job made; a refusal with its reason if it made nothing. */
+/** The id of the job's result; throws the job's problem if it has none. */
 export function succeeded(job: Job): string {
   if (job.state === "succeeded" && job.result) return job.result.id;
   throw new ProblemError(problemOfJob(job));

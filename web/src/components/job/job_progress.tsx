@@ -1,4 +1,4 @@
-/** A job that waits or runs: what it does, how far it is, how long it takes, and the way to end it. */
+/** A waiting or running job: activity, progress, remaining time, cancel button. */
 
 import { useMemo } from "preact/hooks";
 import { data, type Job } from "../../api/client";
@@ -10,7 +10,7 @@ import { duration } from "../../units";
 import { CommandButton } from "../command_button";
 import { jobText } from "./job_text";
 
-/** The command that ends a job. */
+/** The command that cancels a job. */
 export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): Command {
   return useMemo(
     () =>
@@ -39,7 +39,7 @@ export function JobProgress({ job }: { job: Job }) {
   );
 }
 
-/** Time left and the time of day when it ends. */
+/** Remaining time and expected end. */
 export function remaining(job: Job): string {
   if (job.remaining_s == null || hasEnded(job)) return "";
   const ends = new Date(Date.now() + 1000 * job.remaining_s);

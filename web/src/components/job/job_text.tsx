@@ -1,10 +1,10 @@
-/** What a job does, or how it ended, in the chosen language. The server says it in English, and by names. */
+/** Activity or outcome of a job in the chosen language. The server sends English messages and codes. */
 
 import type { Job, Station } from "../../api/client";
 import { hasEnded } from "../../state/records/jobs";
 import { language, text } from "../../text";
 
-/** In one line. */
+/** The job's state as one line. */
 export function jobText(job: Job): string {
   if (language.value === "en") return job.message;
   const words = text.value.jobs;
@@ -12,12 +12,12 @@ export function jobText(job: Job): string {
   if (job.state === "succeeded") return words.made[job.kind] ?? words.states.succeeded;
   if (job.state !== "running") return words.ended[job.state];
   const { phase, number, total } = job.step ?? {};
-  // A phase of a newer server has no text here.
+  // A phase unknown to this version of the page has no translation.
   const doing = (phase && words.phases[phase]) ?? words.states.running;
   return number != null && total != null ? words.counted(doing, number, total) : doing;
 }
 
-/** With the server message below, which may have more detail. */
+/** The job's state, with the server message below, which may have more detail. */
 export function JobText({ job }: { job: Job }) {
   const more = language.value !== "en" && hasEnded(job) && job.message !== job.state;
   return (

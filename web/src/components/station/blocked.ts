@@ -1,9 +1,9 @@
-/** Why a person cannot command the station now. */
+/** Why manual commands are not possible now. */
 
 import { useApp } from "../../app";
 import { text } from "../../text";
 
-/** The reason, or `undefined` if nothing is in the way. */
+/** The reason, or `undefined` if commands are possible. */
 export function useBlocked(): string | undefined {
   const { station, control } = useApp();
   const words = text.value.live.blocked;

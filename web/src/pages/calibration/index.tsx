@@ -1,4 +1,4 @@
-/** Calibrations: what is active, how a new one is made, and which one to trust. */
+/** The calibration page: the overview, or the wizard of one session. */
 
 import { route } from "../../state/browser/route";
 import { Overview } from "./overview/overview";

@@ -6,7 +6,7 @@ import type { App } from "../../app";
 /** Format of the file. */
 const FORMAT = "sheaf-support/1";
 
-/** Requests everything at once; a refused request leaves its problem in its place. */
+/** Requests everything in parallel; a failed request is replaced by its problem. */
 export async function supportBundle({ api, stream, station, events }: App): Promise<unknown> {
   const parts: Record<string, Promise<unknown>> = {
     station: data(api.GET("/api/v1/station")),
@@ -43,7 +43,7 @@ async function newestEvents(api: Api, newest_seq: number): Promise<unknown> {
   return await data(api.GET("/api/v1/events", { params: { query: { after, limit: 200 } } }));
 }
 
-/** Gives a value to the person as a file. */
+/** Downloads a value as a JSON file. */
 export function download(name: string, value: unknown): void {
   const href = URL.createObjectURL(new Blob([JSON.stringify(value, null, 2)], { type: "application/json" }));
   const link = document.createElement("a");

@@ -1,4 +1,4 @@
-/** Cards about the calibration in force, and how well the orders agree with it. */
+/** Cards about the active calibration and the consistency of the orders. */
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";

@@ -5,14 +5,14 @@ import type { Tone } from "./tone";
 interface Properties {
   title: string;
   tone: Tone;
-  /** What is to be known at a glance. */
+  /** The main information of the card. */
   headline: string;
   /** The remedy; shown if the card has a caution or an alarm. */
   advice?: string | undefined;
   children?: ComponentChildren;
 }
 
-/** A card that is grey while all is well. */
+/** A card that is grey unless there is a caution or an alarm. */
 export function HealthCard({ title, tone, headline, advice, children }: Properties) {
   const words = text.value.health;
   return (

@@ -1,4 +1,4 @@
-/** What happened, newest first, as it happens. */
+/** The events, newest first, updated live. */
 
 import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";

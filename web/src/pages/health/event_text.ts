@@ -1,4 +1,4 @@
-/** What an event says beyond its kind. */
+/** Text of an event in addition to its kind. */
 
 import { fieldOf, textOf } from "../../api/unknown";
 import { actorName } from "../../components/actor";
@@ -17,7 +17,7 @@ export function eventDetail({ body }: { body: unknown }): string {
   return parts.length > 0 ? parts.join(", ") : (textOf(body, "kind") ?? "");
 }
 
-/** The person and the interface that caused the event; empty if it does not say. */
+/** The person and the interface that caused the event; empty if not given. */
 export function eventActor({ body }: { body: unknown }): string {
   const actor = textOf(body, "actor");
   if (actor === undefined) return "";

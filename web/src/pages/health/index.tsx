@@ -16,7 +16,7 @@ import { DiskCard, FramesCard, LinkCard, QueueCard, type ServiceHealth, Software
 import { WatchesCard } from "./watches";
 import "./health.css";
 
-/** Disk and sockets are looked at so often while the page is open. */
+/** Update interval of disk and connection metrics while the page is open. */
 const REFRESH_EVERY_MS = 5000;
 
 export default function Health() {
@@ -30,7 +30,7 @@ export default function Health() {
         metrics.value = parseMetrics(await (await bytes("/metrics")).text());
         service.value = await data(app.api.GET("/health"));
       } catch {
-        // The link's own card says that the server is away.
+        // The connection card shows that the server is not reachable.
       }
     };
     void refresh();

@@ -1,6 +1,6 @@
 /** Numbers of `GET /metrics` that the page shows. */
 
-/** Reads the text format of Prometheus; labels stay part of the name. Histograms are left out. */
+/** Parses the Prometheus text format; labels stay part of the name, histogram buckets are omitted. */
 export function parseMetrics(text: string): ReadonlyMap<string, number> {
   const numbers = new Map<string, number>();
   for (const line of text.split("\n")) {

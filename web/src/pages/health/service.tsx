@@ -1,4 +1,4 @@
-/** Cards about the service and its link to this page. */
+/** Cards about the service and its connection to this page. */
 
 import type { Station } from "../../api/client";
 import type { components } from "../../api/schema";
@@ -93,7 +93,7 @@ export function QueueCard() {
   );
 }
 
-/** What the server says of itself. */
+/** State of the service from `GET /health`. */
 export type ServiceHealth = components["schemas"]["HealthDto"];
 
 export function SoftwareCard({ service }: { service: ServiceHealth | undefined }) {

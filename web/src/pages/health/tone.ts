@@ -5,24 +5,24 @@ import type { DropCount } from "../../stream/text_messages";
 
 export type Tone = "calm" | "caution" | "alarm";
 
-/** Below this a long scan with kept frames may not fit. */
+/** Caution level: below this a long scan with saved images may not fit. */
 const LOW_DISK_BYTES = 5e9;
-/** Here the server soon refuses jobs. */
+/** Alarm level: close to the limit at which the server refuses jobs. */
 const FULL_DISK_BYTES = 5e8;
-/** Share of messages that a viewer could not take in time. */
+/** Caution level of the share of messages dropped because the connection is slow. */
 const SLOW_VIEWER_SHARE = 0.2;
-/** Link times above this are felt at Stop. */
+/** Caution level of the round-trip time: above this, Stop is noticeably delayed. */
 const SLOW_LINK_MS = 250;
-/** Jobs waiting; the server refuses more than 32. */
+/** Caution level of waiting jobs; the server refuses more than 32. */
 const LONG_QUEUE = 24;
-/** A calibration is looked at again after so long. */
+/** Age at which a calibration should be verified, days. */
 const OLD_CALIBRATION_DAYS = 30;
 
 export function deviceTone(connected: boolean, faults: Station["faults"], device: string): Tone {
   return !connected || faults.some((fault) => fault.device === device) ? "alarm" : "calm";
 }
 
-/** Losses inside of the service are its own; those at the camera happen when its trigger changes, too. */
+/** Any loss inside the service is a caution; a few at the camera are normal when its trigger changes. */
 export function framesTone(frames: Schemas["FrameCountsDto"]): Tone {
   const { camera: at_camera = 0, ...inside } = frames.dropped;
   if (Object.values(inside).some((count) => count > 0)) return "caution";
@@ -54,7 +54,7 @@ export function calibrationTone(made_at_ms: number | undefined, now_ms: number):
   return ageDays(made_at_ms, now_ms) > OLD_CALIBRATION_DAYS ? "caution" : "calm";
 }
 
-/** The orders disagree when their mean distance is more than 3 standard deviations of the calibration. */
+/** Whether the mean difference of two orders exceeds 3 standard deviations of the calibration. */
 export function pairDisagrees(
   pair: Schemas["OrderPairDto"],
   systematic_sigma_mm: number | null | undefined,

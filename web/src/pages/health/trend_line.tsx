@@ -1,4 +1,4 @@
-/** A trend the size of a word: values with their uncertainty around zero. */
+/** A sparkline: values with their uncertainty around zero. */
 
 import type { TrendValue } from "./watch_trend";
 

@@ -1,4 +1,4 @@
-/** The figures of the watches over the last scans. */
+/** The values of the watches over the last scans. */
 
 import type { Schemas } from "../../api/client";
 import { decimal, length } from "../../units";
@@ -26,7 +26,7 @@ export function latestOf(history: History, watch: Watch): Verdict | undefined {
   return history.readings.at(-1)?.verdicts.find((verdict) => verdict.watch === watch);
 }
 
-/** Oldest first, without scans that gave no value. */
+/** Values of a watch, oldest first; scans without a value are omitted. */
 export function trendOf(history: History, watch: Watch): readonly TrendValue[] {
   return history.readings.flatMap(({ verdicts }) => {
     const verdict = verdicts.find((one) => one.watch === watch);

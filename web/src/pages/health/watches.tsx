@@ -52,7 +52,7 @@ export function WatchesCard() {
   );
 }
 
-/** The reason in the language of the page; the server's sentence where there is no translation. */
+/** The reason in the language of the page; the server's message if there is no translation. */
 function reasonOf(verdict: Verdict | undefined): string | undefined {
   const code = verdict?.reason_code;
   return (code && text.value.health.watch_reasons[code]) ?? verdict?.reason;

@@ -1,4 +1,4 @@
-/** Short true words, kept in the page: they are there without a network. */
+/** The help, part of the page, so that it is available offline. */
 
 import { useEffect } from "preact/hooks";
 import { useApp } from "../../app";

@@ -1,11 +1,11 @@
-/** Libraries inside the page, as their licences ask to be named. */
+/** Libraries contained in the page, with the notices that their licences require. */
 
 export interface Library {
   name: string;
   copyright: string;
 }
 
-/** All under the MIT licence, whose text stands once below the list. */
+/** All under the MIT licence, whose text is shown once below the list. */
 export const LIBRARIES: readonly Library[] = [
   { name: "Preact", copyright: "© 2015–present Jason Miller" },
   { name: "@preact/signals", copyright: "© 2022–present Preact Team" },

@@ -1,4 +1,4 @@
-/** What was measured on a part, against its limits. */
+/** The measured characteristics of a part with their limits. */
 
 import { VerdictWord } from "../../components/verdict";
 import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
@@ -37,7 +37,7 @@ export function Characteristics({ results }: { results: readonly CharacteristicR
 function Row({ result }: { result: CharacteristicResult }) {
   const words = text.value.inspections;
   const { lower, upper } = limitsOf(result);
-  // The reason repeats why it could not be measured.
+  // `reason` contains `failure`.
   const reasons = [result.reason ?? result.failure, ...result.findings.map((finding) => finding.text)];
   return (
     <tr data-characteristic={result.id} data-verdict={result.verdict ?? undefined}>

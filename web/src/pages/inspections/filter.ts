@@ -1,4 +1,4 @@
-/** The filter of the list, as it stands in the page's address. */
+/** The filter of the list, stored in the query of the URL. */
 
 import type { InspectionsQuery } from "../../state/records/inspections";
 import { VERDICTS } from "../../state/records/outcome";
@@ -13,12 +13,12 @@ export function filterOf(query: URLSearchParams): InspectionFilter {
   return Object.fromEntries(FILTERS.map((name) => [name, query.get(name)?.trim() ?? ""])) as InspectionFilter;
 }
 
-/** What stands in the address: only what limits. */
+/** The query of the URL: only the fields that are set. */
 export function queryOf(filter: InspectionFilter): Record<string, string> {
   return Object.fromEntries(Object.entries(filter).filter(([, value]) => value !== ""));
 }
 
-/** What the server is requested for. */
+/** The query sent to the server. */
 export function serverQuery({ serial, recipe, verdict, from, to }: InspectionFilter): InspectionsQuery {
   const known = VERDICTS.find((one) => one === verdict);
   const [from_ms, to_ms] = [dayStart(from, 0), dayStart(to, 1)];

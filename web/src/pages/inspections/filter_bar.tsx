@@ -1,4 +1,4 @@
-/** The filter of the list; a text counts on Enter or when the field is left. */
+/** The filter of the list; text fields are applied on Enter or blur. */
 
 import type { ComponentChildren, TargetedEvent } from "preact";
 import { useId } from "preact/hooks";
@@ -7,7 +7,7 @@ import { OUTCOME_SYMBOL, VERDICTS } from "../../state/records/outcome";
 import { text } from "../../text";
 import { type InspectionFilter, queryOf } from "./filter";
 
-/** What the fields have in common. */
+/** Properties common to the fields. */
 interface Typed {
   id: string;
   value: string;

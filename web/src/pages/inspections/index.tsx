@@ -1,4 +1,4 @@
-/** Inspections: found by serial number, recipe, verdict and time, all by the server; or one of them. */
+/** The inspections page: a list filtered by the server, or one inspection. */
 
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../app";

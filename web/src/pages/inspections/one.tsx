@@ -1,4 +1,4 @@
-/** One inspection: the verdict, what it rests on, and the way to judge the same cloud by another version. */
+/** One inspection: verdict, characteristics, provenance, and re-evaluation with another version. */
 
 import { data } from "../../api/client";
 import { useApp } from "../../app";
@@ -104,7 +104,7 @@ function Facts({ inspection }: { inspection: Inspection }) {
   );
 }
 
-/** What differs from the inspection whose cloud was judged again. */
+/** Verdicts that differ from those of the earlier inspection. */
 function Changed({ inspection }: { inspection: Inspection }) {
   const words = text.value.inspections;
   const { changed, re_evaluated_from } = inspection;

@@ -1,4 +1,4 @@
-/** Judging the cloud of an inspection by another version of its recipe. */
+/** Re-evaluates the point cloud of an inspection with another version of its recipe. */
 
 import { useSignal } from "@preact/signals";
 import { useId, useMemo } from "preact/hooks";
@@ -30,7 +30,7 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
         const params = { path: { id: inspection.id }, header: { "Idempotency-Key": idempotencyKey() } };
         const body = { recipe: versionName({ id: recipe.id, version }) };
         const job = await data(api.POST("/api/v1/inspections/{id}/re-evaluate", { params, body }));
-        // Without `wait_s` the answer is the job.
+        // Without `wait_s` the response is a job.
         if (!("state" in job)) return goTo("inspections", job.id);
         jobs.update(job);
         steps.accepted();

@@ -4,7 +4,7 @@ import type { CharacteristicResult } from "../../state/records/inspections";
 import { language, text } from "../../text";
 import { decimal, length } from "../../units";
 
-/** A value of a characteristic with its unit; "–" where there is none. */
+/** A value of a characteristic with its unit; "–" if undefined. */
 export function withUnit(value: number | null | undefined, { unit }: Pick<CharacteristicResult, "unit">): string {
   return value == null ? "–" : `${decimal(value, 3, language.value)} ${unit}`;
 }
@@ -14,7 +14,7 @@ export function uncertaintyOf({ expanded_uncertainty: u, unit }: CharacteristicR
   return unit === "mm" ? length(u, language.value) : withUnit(u, { unit });
 }
 
-/** What is measured, in words. */
+/** Display name of the measured quantity. */
 export function measureName({ measure }: Pick<CharacteristicResult, "measure">): string {
   return text.value.inspections.measures[measure] ?? measure;
 }

@@ -1,4 +1,4 @@
-/** Jobs that have ended, newest first, with the reason where one failed. */
+/** Finished jobs, newest first, with the problem of failed ones. */
 
 import type { Job } from "../../api/client";
 import { actorName } from "../../components/actor";

@@ -1,4 +1,4 @@
-/** What waits, what runs, what was: who asked for it, how it ended and what it made. */
+/** The jobs page: waiting, running and finished jobs. */
 
 import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";
@@ -36,7 +36,7 @@ export default function Jobs() {
   );
 }
 
-/** The empty state: how a job is given by a program. */
+/** The empty state: the command that starts a first job through the API. */
 function First() {
   const words = text.value.jobs;
   const line = `curl -X POST ${location.origin}/api/v1/calibrations -H 'Content-Type: application/json' -d '{"source": {"kind": "station"}}'`;

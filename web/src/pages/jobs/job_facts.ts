@@ -1,4 +1,4 @@
-/** Jobs in words. */
+/** Texts and links of a job. */
 
 import type { Job } from "../../api/client";
 import { href } from "../../state/browser/route";
@@ -8,7 +8,7 @@ export function kindOf(job: Job): string {
   return text.value.jobs.kinds[job.kind] ?? job.kind;
 }
 
-/** Where what it made is looked at. */
+/** The URL of the job's result. */
 export function madeAt(job: Job): string | undefined {
   const made = job.result;
   if (!made) return undefined;
@@ -18,7 +18,7 @@ export function madeAt(job: Job): string | undefined {
   return made.href;
 }
 
-/** How long it ran, s. */
+/** Run time, s. */
 export function ranFor_s(job: Job): number | undefined {
   if (job.started_at_ms == null || job.ended_at_ms == null) return undefined;
   return (job.ended_at_ms - job.started_at_ms) / 1000;

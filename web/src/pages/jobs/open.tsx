@@ -1,4 +1,4 @@
-/** A job that waits or runs. */
+/** A waiting or running job. */
 
 import type { Job } from "../../api/client";
 import { actorName } from "../../components/actor";

@@ -1,4 +1,4 @@
-/** Live: what the camera sees now, the lines found in it, and what they measure. */
+/** The live page: camera image, detected lines, profile, quality, manual control. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -89,7 +89,7 @@ export default function Live() {
   );
 }
 
-/** Words and values of the plot in the chosen language. */
+/** Labels and number format of the plot in the chosen language. */
 function plotLabels(): PlotLabels {
   const chosen = language.peek();
   const number = (value: number) => value.toLocaleString(chosen, { maximumFractionDigits: 3 }).replace("-", "−");
@@ -119,9 +119,9 @@ function Notes({ view }: { view: LiveView | undefined }) {
   );
 }
 
-/** Keys of the whole page; what is typed into fields stays there. */
+/** Handles single-key shortcuts, except in fields. */
 function handleKey(event: KeyboardEvent, view: LiveView): void {
-  // Who dictates or scans bar codes has switched single keys off.
+  // Users of speech input or barcode scanners turn single-key shortcuts off.
   if (!letter_shortcuts.peek()) return;
   const target = event.target as HTMLElement | null;
   if (event.ctrlKey || event.metaKey || event.altKey || target?.closest("input, select, textarea, dialog")) return;

@@ -1,4 +1,4 @@
-/** Starting and ending the live view; one pair of commands for every button that does it. */
+/** Commands that start and end the live view, shared by all buttons. */
 
 import { useMemo } from "preact/hooks";
 import { data } from "../../api/client";
@@ -6,7 +6,7 @@ import { type App, useApp } from "../../app";
 import { remembered } from "../../state/browser/remembered";
 import { Command } from "../../state/station/command";
 
-/** The share of full laser power with which the live view starts. */
+/** Relative laser power at the start of the live view, 0 to 1. */
 export const laser_power = remembered("live.laser_power", 1);
 
 export interface LiveCommands {

@@ -1,6 +1,6 @@
 /**
- * What the Live page shows of the stream: image, lines and profile of the same frame, drawn by classes; values for
- * people in signals that change at most four times a second.
+ * Connects the stream to the live page: image, lines and profile of the same frame, drawn by classes; values as signals
+ * updated at most four times a second.
  */
 
 import { signal } from "@preact/signals";
@@ -16,16 +16,16 @@ import { type Advice, adviceOf } from "./quality/advice";
 import { HistogramView } from "./quality/histogram";
 import { greyAt, type OrderQuality, qualityOf } from "./quality/quality";
 
-/** Update interval of the displayed values. */
+/** Update interval of the displayed values, ms. */
 const VALUES_EVERY_MS = 250;
 
-/** Quality evaluates every pixel of an image, so it is updated less often. */
+/** Quality is updated only every n-th time, because it evaluates every pixel of an image. */
 const QUALITY_EVERY = 3;
 
 /** Profiles kept until the image of their frame is decoded. */
 const KEPT_PROFILES = 6;
 
-/** The pointer means a line up to so far away, CSS px. */
+/** A line is selected within this distance of the pointer, CSS px. */
 const POINTER_RADIUS_PX = 12;
 
 export interface FrameValues {
@@ -39,18 +39,18 @@ export interface FrameValues {
   n_lines: number;
   n_saturated: number;
   advice: Advice | undefined;
-  /** Frames this page received but did not decode, because a newer one had come. */
+  /** Frames received but not decoded, because a newer one had arrived. */
   skipped: number;
   dropped: readonly DropCount[];
 }
 
-/** What lies under the pointer. */
+/** Values at the pointer. */
 export interface Readout {
   u_px: number;
   v_px: number;
   grey: number | undefined;
   order: number | undefined;
-  /** The point of the same frame's profile in the camera frame, mm. */
+  /** The profile point of the same frame, in camera coordinates, mm. */
   point: { x_mm: number; y_mm: number; z_mm: number; sigma_mm: number } | undefined;
 }
 
@@ -98,7 +98,7 @@ export class LiveView {
       }),
       stream.subscribe({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
         if (!("kind" in message) || message.kind !== "profile") return;
-        // The profile of the held frame may come after its image.
+        // The profile of the frozen frame may arrive after its image.
         if (!this.frozen.peek() || message.sequence === this.camera_image.frame?.sequence) this.take(message);
       }),
     );
@@ -106,7 +106,7 @@ export class LiveView {
     this.cleanups.push(() => clearInterval(timer));
   }
 
-  /** Holds the frame on the screen, or resumes. */
+  /** Freezes the displayed frame, or resumes. */
   freeze(frozen: boolean): void {
     this.frozen.value = frozen;
     this.camera_image.freeze(frozen);
@@ -136,21 +136,21 @@ export class LiveView {
     this.profiles.length = 0;
   }
 
-  /** A frame is on the screen: now its profile may be. */
+  /** Shows the profile of a frame once its image is displayed. */
   private drawn(image: ImageMessage): void {
     this.rate.count(performance.now());
     this.rememberOrders(image);
     const profile = this.profiles.find(({ sequence }) => sequence === image.sequence);
     if (profile) this.showProfile(profile);
     else if (!image.calibrated) this.showProfile(undefined);
-    // In the same refresh of the screen: two would cost the browser twice.
+    // Draw in the same animation frame, so that the browser composites only once.
     this.plot.drawNow();
   }
 
   private take(profile: ProfileMessage): void {
     this.profiles.push(profile);
     if (this.profiles.length > KEPT_PROFILES) this.profiles.shift();
-    // The image of this frame is already there, or images do not come.
+    // Show it now if its image is already displayed, or there are no images.
     const image = this.camera_image.frame;
     if (!image || image.sequence === profile.sequence) this.showProfile(profile);
   }
@@ -181,7 +181,7 @@ export class LiveView {
     this.readout.value = undefined;
   }
 
-  /** Marks in image and plot what the pointer means in the newest frame. */
+  /** Marks the selected point in image and plot of the newest frame. */
   private follow(pointed: Pointed): void {
     if (pointed.in === "plot") {
       this.plot.mark(pointed.idx);
@@ -198,7 +198,7 @@ export class LiveView {
     return image && nearestLinePoint(image, at, POINTER_RADIUS_PX / view.scale, this.camera_image.hidden_orders);
   }
 
-  /** Where the frame saw a point of its profile. */
+  /** Image position of a profile point. */
   private imagePointOf(idx: number): { u_px: number; v_px: number } | undefined {
     const profile = this.shown_profile;
     const [u, v] = [profile?.pixels[2 * idx], profile?.pixels[2 * idx + 1]];
@@ -206,12 +206,12 @@ export class LiveView {
     return { u_px: u / profile.units_per_px, v_px: v / profile.units_per_px };
   }
 
-  /** Publishes the readout at the pointer, once the grey levels of the frame are decoded. */
+  /** Updates the readout at the pointer once the grey levels of the frame are decoded. */
   private async updateReadout(): Promise<void> {
     const image = this.camera_image.frame;
     const found = image && this.pointed && this.found(this.pointed);
     const greys = await this.camera_image.greys();
-    // The pointer may have left meanwhile.
+    // The pointer may have left in the meantime.
     if (!this.pointed) return;
     const grey = found && greys && greyAt(greys, image, found.u_px, found.v_px);
     this.readout.value = found && { ...found, grey };
@@ -228,7 +228,7 @@ export class LiveView {
     return { u_px, v_px, order, point: pointOf(profile, idx) };
   }
 
-  /** The profile of the very frame whose image is shown. */
+  /** The profile of the displayed frame. */
   private profileOfImage(): ProfileMessage | undefined {
     const profile = this.shown_profile;
     const image = this.camera_image.frame;
@@ -265,7 +265,7 @@ export class LiveView {
   }
 }
 
-/** Orders from the lowest to the highest, and what has none behind them: so the keys 1–5 are −2…+2. */
+/** Orders in ascending order, then lines without an order, so that the keys 1–5 are −2…+2. */
 function inOrder(orders: Iterable<number>): number[] {
   const rank = (order: number) => (order === NO_ORDER ? Number.POSITIVE_INFINITY : order);
   return [...orders].sort((a, b) => rank(a) - rank(b));

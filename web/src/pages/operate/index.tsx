@@ -1,4 +1,4 @@
-/** For gloves and distance: serial number, Start, the last result, the last parts. */
+/** The operator page, for use with gloves and from a distance: serial number, Start, last result, last parts. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -33,7 +33,7 @@ export default function Operate() {
     });
     return () => {
       end();
-      // What was typed last is kept although the page is left at once.
+      // Save pending input when the page is left.
       void plan.saved();
     };
   }, [plan, events]);
@@ -70,7 +70,7 @@ export default function Operate() {
   );
 }
 
-/** A job that waits for the station, or uses it before the status shows it. */
+/** A scan that is waiting, or has just started. */
 function waiting<J extends { kind: string }>(open: readonly J[]): J | undefined {
   return open.find((job) => job.kind === "scan");
 }

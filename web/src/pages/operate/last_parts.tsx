@@ -1,4 +1,4 @@
-/** The last parts as ticks, newest at the right; every browser draws them from the server's records. */
+/** The last parts as ticks, the newest at the right. */
 
 import { href } from "../../state/browser/route";
 import { decidingCharacteristic, OUTCOME_SYMBOL, type Outcome, outcomeOf } from "../../state/records/outcome";
@@ -6,7 +6,7 @@ import type { ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { dateTime, decimal } from "../../units";
 
-/** Parts shown. */
+/** Number of parts shown. */
 export const N_LAST_PARTS = 20;
 
 export function LastParts({ parts }: { parts: readonly ScannedPart[] }) {
@@ -38,7 +38,7 @@ export function LastParts({ parts }: { parts: readonly ScannedPart[] }) {
   );
 }
 
-/** Everything that is no good part and was judged. */
+/** Whether the part is a reject. */
 function rejected(outcome: Outcome): boolean {
   return outcome === "not_ok" || outcome === "invalid";
 }

@@ -1,4 +1,4 @@
-/** The newest part, huge: its verdict, what decided it with its uncertainty, and where that lies in the tolerance. */
+/** The newest part in large type: verdict, deciding characteristic with uncertainty, tolerance bar. */
 
 import { href } from "../../state/browser/route";
 import { decidingCharacteristic, OUTCOME_SYMBOL, outcomeOf } from "../../state/records/outcome";
@@ -46,7 +46,7 @@ function Part({ part }: { part: ScannedPart }) {
   );
 }
 
-/** What a characteristic is called. */
+/** Display name of a characteristic. */
 export function characteristicName({ tool, name }: Measured): string {
   const what = text.value.measured_as[tool] ?? tool;
   return name === undefined ? what : `${what} “${name}”`;
@@ -68,7 +68,7 @@ function Value({ measured, value }: { measured: Measured; value: number }) {
   );
 }
 
-/** The other characteristics, each in a line. */
+/** The other characteristics, one per line. */
 function Others({ part, shown }: { part: ScannedPart; shown: Measured | undefined }) {
   return (
     <ul class="characteristics">

@@ -1,4 +1,4 @@
-/** What Start does: scan and measure, in one job of the server. */
+/** The command of Start: scans and measures in one job of the server. */
 
 import { computed, type ReadonlySignal, type Signal } from "@preact/signals";
 import { data, idempotencyKey, type Job } from "../../api/client";
@@ -6,7 +6,7 @@ import type { App } from "../../app";
 import { hasEnded } from "../../state/records/jobs";
 import type { MeasurementPlan } from "../../state/records/measurement_plan";
 import { Command, type Steps } from "../../state/station/command";
-import { scanOf } from "./recipe";
+import { scanOf } from "./plan";
 
 export class Operation {
   readonly command = new Command((steps) => this.run(steps));
@@ -31,13 +31,13 @@ export class Operation {
     const { api, jobs } = this.app;
     const kept = await this.plan.saved();
     const plan = this.plan.plan.peek();
-    // What the server refused to keep is shown beside the plan.
+    // The problem is shown beside the plan.
     if (!kept || !plan) return;
     const body = scanOf(plan, this.serial.peek());
     const params = { header: { "Idempotency-Key": idempotencyKey() } };
     const job = await data(api.POST("/api/v1/scans", { params, body }));
     jobs.update(job);
-    // The next part may be read while this one is scanned.
+    // The next serial number can be entered while this part is scanned.
     this.serial.value = "";
     steps.accepted();
     await jobs.ended(job.id);

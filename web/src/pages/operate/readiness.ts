@@ -1,4 +1,4 @@
-/** Why a scan cannot start now, the first reason first. */
+/** Determines why a scan cannot start now. */
 
 import type { Station } from "../../api/client";
 import type { PageName } from "../../state/browser/route";
@@ -13,7 +13,7 @@ export type Obstacle =
   | "not_calibrated"
   | "not_homed";
 
-/** Where a person goes to remove it; what is missing here is removed on the spot. */
+/** The page on which an obstacle can be removed; the others are removed on this page. */
 export const REMEDY_PAGE: Partial<Record<Obstacle, PageName>> = {
   no_devices: "health",
   busy: "jobs",
@@ -25,7 +25,7 @@ interface Situation {
   status: Station | undefined;
   /** Undefined: not known yet. */
   calibrated: boolean | undefined;
-  /** A job waits for the station or has it. */
+  /** A job is waiting for the station or using it. */
   busy: boolean;
 }
 

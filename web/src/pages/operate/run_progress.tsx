@@ -1,4 +1,4 @@
-/** The job that has the station, for eyes at a distance. */
+/** Progress of the running job in large type. */
 
 import type { Job } from "../../api/client";
 import { useApp } from "../../app";

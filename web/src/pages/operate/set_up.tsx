@@ -1,4 +1,4 @@
-/** The fold-out: what is scanned and measured on every part, kept by the server. */
+/** The collapsible form of the measurement plan, which is stored on the server. */
 
 import { useId } from "preact/hooks";
 import type { Form } from "../../components/fields/form";
@@ -8,12 +8,12 @@ import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Characteristic, freeName, planRange, type Range, rangeOf, withChange } from "./recipe";
+import { type Characteristic, freeName, planRange, type Range, rangeOf, withChange } from "./plan";
 
 interface Properties {
   plan: MeasurementPlan;
   form: Form;
-  /** Where the stage can go, in its unit. */
+  /** Travel range of the stage, in its unit. */
   travel: readonly number[];
 }
 
@@ -116,7 +116,7 @@ function Fields({ shown, form, change, travel }: FieldsProperties) {
   );
 }
 
-/** A use of a tool with limits still to be given. */
+/** A characteristic of a tool, without limits yet. */
 function named(others: readonly Characteristic[], tool: Tool): Characteristic {
   const name = freeName(others, tool);
   return { tool, ...(name !== undefined && { name }) };
@@ -126,7 +126,7 @@ interface RowProperties {
   one: Characteristic;
   form: Form;
   others: readonly Characteristic[];
-  /** Undefined: taken away. */
+  /** Undefined: removed. */
   onChange: (next: Characteristic | undefined) => void;
 }
 

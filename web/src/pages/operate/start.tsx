@@ -1,4 +1,4 @@
-/** Serial number, Start, and why it cannot be pressed; while a job has the station, how far it is. */
+/** Serial number, Start with the reason if it is blocked; progress while a job is running. */
 
 import type { ReadonlySignal, Signal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
@@ -19,7 +19,7 @@ interface Properties {
   operation: Operation;
   serial: Signal<string>;
   obstacle: Obstacle | undefined;
-  /** What is wrong with the set-up. */
+  /** Error message of the settings form. */
   wrong: string | undefined;
   job: Job | undefined;
 }
@@ -70,7 +70,7 @@ export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
   );
 }
 
-/** Letters typed anywhere on the page belong to the serial number: a scanner types without looking. */
+/** Moves the focus to the serial number when a character is typed, so that a barcode scanner always works. */
 function focusOnTyping(field: HTMLInputElement | null): () => void {
   field?.focus({ preventScroll: true });
   const onKey = (event: KeyboardEvent) => {
@@ -113,7 +113,7 @@ function Remedy({ obstacle }: { obstacle: Obstacle }) {
   );
 }
 
-/** How the last scan ended, if it made no result. */
+/** The problem of the last scan if it has no result. */
 function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
   const job = failed.value;
   if (!job) return null;

@@ -1,10 +1,10 @@
-/** A value in the brackets of its tolerance, with its uncertainty: read from two metres away. */
+/** A value with its uncertainty between the limits of its tolerance, readable from two metres. */
 
 import type { Measured } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 
-/** Width of the drawing, its own units. */
+/** Width of the SVG in its own units. */
 const WIDTH = 600;
 
 export interface BarPlaces {
@@ -15,11 +15,11 @@ export interface BarPlaces {
   /** Ends of value ± U. */
   u_from: number;
   u_to: number;
-  /** The value lies beyond the drawing and is shown at its edge. */
+  /** Whether the value is outside the bar and drawn at its edge. */
   beyond: boolean;
 }
 
-/** Places along 0…1: the tolerance takes the middle half, what lies far out sits at the edge. */
+/** Positions along the bar, 0 to 1: the tolerance occupies the middle half; values far outside are clamped to the edge. */
 export function barPlaces(nominal: number, tolerance: number, value: number, u: number): BarPlaces {
   const place = (at: number) => 0.5 + (at - nominal) / (4 * tolerance);
   const inside = (at: number) => Math.min(1, Math.max(0, at));

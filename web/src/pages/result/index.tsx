@@ -1,4 +1,4 @@
-/** Result: what a scan is worth, its cloud and mesh, what was measured on it, where it comes from. */
+/** The result page: verdict, point cloud, mesh, measurements, section, provenance of a scan. */
 
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
@@ -116,7 +116,7 @@ function ScanResult({ scan }: { scan: Scan }) {
   );
 }
 
-/** The way to other scans. */
+/** Selects another scan. */
 function ScanChoice({ scan }: { scan: Scan }) {
   const { api } = useApp();
   const { state } = useLoaded(

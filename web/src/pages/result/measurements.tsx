@@ -1,4 +1,4 @@
-/** What was measured, what it should be, and a form for more. */
+/** The measurements with nominal values and verdicts, and a form for new ones. */
 
 import { useEffect } from "preact/hooks";
 import { data } from "../../api/client";
@@ -73,7 +73,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
     value == null ? "–" : `${decimal(value, 4, shown)} ${measured.unit}`;
   const asEntered = (value: number) =>
     `${value.toLocaleString(shown, { maximumFractionDigits: 4 })} ${measured.unit}`;
-  // Small lengths read better in µm; an angle has no such unit.
+  // Small lengths in µm; angles in degrees.
   const small = (value: number | null | undefined) =>
     measured.unit === "mm" && value != null ? length(value, shown) : inUnit(value);
   return (
@@ -108,7 +108,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   );
 }
 
-/** More about the selected measurement: notes, and the values of every order alone. */
+/** Details of the selected measurement: notes, and the values of each order. */
 function Selected({ result }: { result: ResultState }) {
   const words = text.value.result;
   const measurement = result.measurements.value.find(({ id }) => id === result.selected.value);
@@ -156,7 +156,7 @@ function MeasureForm({ result }: { result: ResultState }) {
   const simulated = station.simulated.value === "twin";
   const form = useForm();
   useEffect(() => {
-    // On the simulated stage it is known what lies there.
+    // The part on the simulated stage is known.
     if (simulated) void proposeSphere(result, async () => (await data(api.GET("/api/v1/simulation/scene"))).scene);
   }, [result, simulated, api]);
   const unit = result.tool.value === "angle" ? "°" : "mm";

@@ -1,4 +1,4 @@
-/** Where a result comes from, and how to compute it anew. */
+/** Provenance of a result, downloads, and recomputation. */
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
@@ -99,7 +99,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
   );
 }
 
-/** RMS of how far apart a surface is a turn later, by its own line and by another. */
+/** RMS closure error after one revolution, for the same line and for other lines. */
 function closureOf({ same_line, other_lines }: Schemas["ClosureDto"], shown: string): string {
   const words = text.value.result;
   const parts = [

@@ -1,4 +1,4 @@
-/** The result for people and programs elsewhere: on paper, as PDF, as JSON. */
+/** The report of a result: printed, as PDF, or as JSON. */
 
 import { signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -15,7 +15,7 @@ import type { ResultState } from "./result_state";
 /** Format of the file. */
 const FORMAT = "sheaf-result/1";
 
-/** The cloud as it was seen when the report was asked for. */
+/** Image of the point cloud when the report was created, as a data URL. */
 const printed = signal<string | undefined>(undefined);
 
 interface Properties {
@@ -49,10 +49,10 @@ export function ReportCard({ result, viewer }: Properties) {
   );
 }
 
-/** Stands on paper only: the image with its colours' meaning, and when the report was made. */
+/** Printed only: the image of the point cloud with its legend, and the date of the report. */
 export function Printed({ result, viewer }: Properties) {
   useEffect(() => {
-    // Also when the browser's own menu prints.
+    // Also for printing from the browser's menu.
     const take = () => {
       printed.value = viewer()?.snapshot() ?? printed.peek();
     };
@@ -75,7 +75,7 @@ export function Printed({ result, viewer }: Properties) {
   );
 }
 
-/** Everything the station recorded of the scan and what was measured on it. */
+/** The scan record and its measurements. */
 function reportJson(result: ResultState): unknown {
   const measurements = result.measurements.peek();
   return { format: FORMAT, verdict: result.verdict.peek() ?? null, scan: result.scan, measurements };

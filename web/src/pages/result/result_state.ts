@@ -1,4 +1,4 @@
-/** One scan with its measurements, and what a person does with it. */
+/** State of the result page: a scan, its measurements, and the commands. */
 
 import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
@@ -21,7 +21,7 @@ import { Command } from "../../state/station/command";
 import { ViewState } from "../viewer/view_state";
 import type { Measurement, Scan } from "./scan_record";
 
-/** The deviation colours of a measurement belong to its feature with most points. */
+/** The feature with most points, from which deviations are computed. */
 export function featureOf(measurement: Measurement) {
   const features = measurement.result.features ?? [];
   return [...features].sort((a, b) => b.n_points - a.n_points)[0];
@@ -30,13 +30,13 @@ export function featureOf(measurement: Measurement) {
 export class ResultState {
   readonly view: ViewState;
   readonly measurements = signal<readonly Measurement[]>([]);
-  /** On the part, as the server states it. */
+  /** The verdict of the part, from the server. */
   readonly verdict: Signal<Verdict | undefined>;
-  /** Measurements that cannot be shown. */
+  /** Damaged measurements. */
   readonly damaged = signal<readonly Damaged[]>([]);
-  /** The measurement whose fitted shape gives the deviations. */
+  /** The measurement from whose fitted shape deviations are computed. */
   readonly selected = signal<string | undefined>(undefined);
-  /** Why points or measurements could not be fetched. */
+  /** Why points or measurements could not be loaded. */
   readonly problem = signal<Problem | undefined>(undefined);
   readonly tool = signal<Tool>("sphere");
   readonly nominal = signal<number | undefined>(undefined);
@@ -76,7 +76,7 @@ export class ResultState {
     });
   }
 
-  /** Reads again when something was measured, here or elsewhere; the returned function ends it. */
+  /** Reloads after new measurements of this scan; returns the function that ends this. */
   follow(): () => void {
     void this.load();
     return this.app.events.follow((new_events) => {
@@ -86,7 +86,7 @@ export class ResultState {
     });
   }
 
-  /** Reads the measurements that are there, and the verdict. */
+  /** Loads the measurements and the verdict. */
   async load(): Promise<void> {
     try {
       const params = { path: { id: this.scan.id }, query: { limit: 200 } };
@@ -104,7 +104,7 @@ export class ResultState {
     }
   }
 
-  /** Deviations refer to the fitted shape of this measurement. */
+  /** Selects the measurement from whose fitted shape deviations are computed. */
   select(measurement: Measurement): void {
     const feature = featureOf(measurement);
     if (!feature) return;
@@ -112,7 +112,7 @@ export class ResultState {
     const grid = feature.region ? new RegionGrid(feature.region) : undefined;
     this.view.feature.value = { shape: shapeOf(feature.shape), grid };
     this.view.shape_name.value = feature.role;
-    // Another shape has other deviations.
+    // A range entered for another shape does not apply.
     const { deviation: _, ...others } = this.view.custom_ranges.peek();
     this.view.custom_ranges.value = others;
   }
@@ -123,7 +123,7 @@ export class ResultState {
     this.view.mode.value = "deviation";
   }
 
-  /** Fills a viewer with the points of the scan until the returned function is called. */
+  /** Sends the points of the scan to a viewer until the returned function is called. */
   feed(viewer: CloudViewer): () => void {
     let wanted = true;
     const feed = new BlockFeed(fetchPoints, {
@@ -155,7 +155,7 @@ export class ResultState {
   }
 }
 
-/** The scan a page is about; without an id the newest. Undefined where there is none at all. */
+/** Loads a scan; without an id the newest; undefined if there are no scans. */
 export async function findScan(api: Api, id: string | undefined): Promise<Scan | undefined> {
   if (id) return await data(api.GET("/api/v1/scans/{id}", { params: { path: { id } } }));
   const { items } = await data(api.GET("/api/v1/scans", { params: { query: { limit: 1 } } }));

@@ -1,4 +1,4 @@
-/** The records that the page of a result shows. */
+/** The records shown on the result page. */
 
 import type { Schemas } from "../../api/client";
 

@@ -1,11 +1,11 @@
-/** One frame of a stored scan as the plot of profiles takes it. */
+/** Converts one frame of a stored scan to a profile for the plot. */
 
 import type { Schemas } from "../../api/client";
 import type { OrderRange, ProfileMessage } from "../../stream/protocol";
 
 type Profile = Schemas["ProfileDto"];
 
-/** Length of the range that numbers span. */
+/** Difference between the largest and the smallest number. */
 function extent(numbers: readonly number[]): number {
   let [least, most] = [Infinity, -Infinity];
   for (const number of numbers) {
@@ -15,7 +15,7 @@ function extent(numbers: readonly number[]): number {
   return Math.max(0, most - least);
 }
 
-/** Points order by order, along their line. The lines run along the axis on which they are longer. */
+/** Sorts the points by order and along their lines, which run along the axis in which they are longer. */
 export function sectionOf(profile: Profile): ProfileMessage {
   const along = extent(profile.u_px) >= extent(profile.v_px) ? "x" : "y";
   const seen = along === "x" ? profile.u_px : profile.v_px;

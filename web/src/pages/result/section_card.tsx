@@ -1,4 +1,4 @@
-/** The section at one stage position: z over x of one frame, every point with its σ. */
+/** The section at one stage position: z over x of one frame, with σ of each point. */
 
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -14,7 +14,7 @@ import { decimal, length } from "../../units";
 import type { Scan } from "./scan_record";
 import { sectionOf } from "./section";
 
-/** No order is hidden here. */
+/** All orders are visible. */
 const ALL_SHOWN: ReadonlySet<number> = new Set();
 
 export function SectionCard({ scan }: { scan: Scan }) {
@@ -124,7 +124,7 @@ function Plot({ profile }: { profile: ProfileMessage | undefined }) {
   );
 }
 
-/** The point under the pointer, or what is shown. */
+/** The values of the point at the pointer, or a hint. */
 function PointLine({ profile, idx }: { profile: ProfileMessage; idx: number | undefined }) {
   const words = text.value.result;
   const chosen = language.value;

@@ -1,10 +1,10 @@
-/** Which results are shown. */
+/** The filter of the results. */
 
 import { type Outcome, outcomeOf, VERDICTS } from "../../state/records/outcome";
 import type { PartsQuery, ScannedPart } from "../../state/records/scanned";
 
 export interface ResultFilter {
-  /** Part of the name, whatever the case. */
+  /** Part of the name, case-insensitive. */
   name: string;
   outcome: Outcome | "";
   /** Days as `YYYY-MM-DD` of this browser's time zone, both included; empty: no limit. */
@@ -14,7 +14,7 @@ export interface ResultFilter {
 
 export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
 
-/** Filters applied by the server, over all records. */
+/** The part of the filter that the server applies to all records. */
 export function serverQuery(outcome: Outcome | ""): PartsQuery {
   const verdict = VERDICTS.find((verdict) => verdict === outcome);
   if (verdict) return { verdict };
@@ -33,7 +33,7 @@ export function filtered(parts: readonly ScannedPart[], filter: ResultFilter): r
   });
 }
 
-/** Midnight at which a day, or the one `later` days after it, begins; ms since 1970. */
+/** Start of the day `later` days after `day`, local time, ms since 1970. */
 export function dayStart(day: string, later: number): number | undefined {
   const [year, month, date] = day.split("-").map(Number);
   if (!year || !month || !date) return undefined;

@@ -8,7 +8,7 @@ interface Properties {
   filter: Signal<ResultFilter>;
   n_shown: number;
   n_read: number;
-  /** Whether everything the server has was read. */
+  /** Whether all records have been loaded. */
   complete: boolean;
 }
 

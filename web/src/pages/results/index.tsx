@@ -1,4 +1,4 @@
-/** All results: found by name, day and verdict; their trend; opened, taken away, deleted. */
+/** The results page: filter, trend and list of all scans. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

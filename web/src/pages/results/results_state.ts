@@ -1,4 +1,4 @@
-/** The results read so far, newest first, kept true by events. */
+/** The loaded results, newest first, updated by events. */
 
 import type { Api } from "../../api/client";
 import type { EventLog } from "../../state/records/events";
@@ -15,7 +15,7 @@ export class ResultsState extends PagedRecords<ScannedPart, PartsQuery> {
     super({ read, concerns }, events, {});
   }
 
-  /** Undefined: not read yet. */
+  /** Undefined: not loaded yet. */
   get parts() {
     return this.items;
   }

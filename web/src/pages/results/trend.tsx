@@ -1,4 +1,4 @@
-/** The trend of one characteristic; the chart's code is loaded when there is something to draw. */
+/** The trend of one characteristic; the code of the chart is loaded on first use. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Draws a trend: values with their uncertainty over parts, between the lines of their tolerance. */
+/** Draws a trend: values with uncertainty for successive parts, with tolerance limits. */
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -57,7 +57,7 @@ export class TrendChart {
     return [this.trend.points.map((_, at) => at + 1), this.trend.points.map((point) => point.value)];
   }
 
-  /** Values with their uncertainty and the limits, with some air. */
+  /** Range of the y axis: values with uncertainty and limits, with a margin. */
   private range(): [number, number] {
     const { points, nominal, tolerance } = this.trend;
     const ends = points.flatMap(({ value, u }) => [value - u, value + u]);
@@ -108,7 +108,7 @@ export class TrendChart {
   }
 }
 
-/** A disc, or a cross for a failure: distinguishable without colour. */
+/** A dot, or a cross for NOT OK and INVALID: distinguishable without colour. */
 function drawSign(ctx: CanvasRenderingContext2D, x: number, y: number, r: number, bad: boolean): void {
   ctx.beginPath();
   if (bad) {

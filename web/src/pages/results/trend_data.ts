@@ -20,7 +20,7 @@ export interface Trend {
   tolerance: number | undefined;
 }
 
-/** The key of a characteristic: its tool, and its name if it has one. */
+/** The key of a characteristic: its tool, and its name if any. */
 export function characteristicOf({ tool, name }: Measured): string {
   return name === undefined ? tool : `${tool}/${name}`;
 }

@@ -1,4 +1,4 @@
-/** The set-up of a scan. */
+/** The form of the scan settings. */
 
 import type { Signal } from "@preact/signals";
 import type { Form } from "../../components/fields/form";
@@ -184,7 +184,7 @@ interface QuantityProperties {
   min?: number;
 }
 
-/** A field for a number that must be there. */
+/** A field for a required number. */
 function Quantity({ form, label, unit, value, min }: QuantityProperties) {
   const change = (typed: number | undefined) => {
     if (typed !== undefined) value.value = typed;

@@ -1,4 +1,4 @@
-/** Scan: what will happen before anything moves, the cloud as it grows, and the way on when it is there. */
+/** The scan page: settings, scan plan, progress, growing point cloud. */
 
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../../app";
@@ -77,7 +77,7 @@ export default function Scan() {
   );
 }
 
-/** Why a scan cannot begin now. */
+/** Why a scan cannot start now. */
 function blockedWhy(run: ScanRun, wrong: string | undefined, refused: boolean): string | undefined {
   const { station, control } = useApp();
   const words = text.value.scan;

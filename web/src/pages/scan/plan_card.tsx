@@ -1,4 +1,4 @@
-/** What the scan will be, as the server predicts it, before anything moves. */
+/** The scan plan computed by the server before the stage moves. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -14,10 +14,10 @@ import type { SetUp } from "./set_up";
 
 type Plan = Schemas["ScanPlanDto"];
 
-/** A person who types is asked about when they pause. */
+/** Delay after the last change until the plan is requested, ms. */
 const PAUSE_MS = 250;
 
-/** The server's plan of the set-up, requested shortly after each change; nothing while it is outdated. */
+/** The server's plan for the settings, requested shortly after each change; empty while outdated. */
 export function usePlan(set_up: SetUp): Loaded<Plan> {
   const { api, station } = useApp();
   const asked = useSignal(set_up.wanted.value);
@@ -29,7 +29,7 @@ export function usePlan(set_up: SetUp): Loaded<Plan> {
     }, PAUSE_MS);
     return () => clearTimeout(timer);
   }, [key]);
-  // A station that became calibrated, was reset or is there again may plan what it refused before.
+  // Request again when the state of the station changes, because the plan may have become possible.
   const state = station.status.value?.state;
   const { state: loaded } = useLoaded(
     async () => await data(api.POST("/api/v1/scans/plan", { body: asked.peek() })),

@@ -1,4 +1,4 @@
-/** The scan that runs, or how the last one ended and where to go from there. */
+/** The running scan, or the outcome of the last one. */
 
 import type { Job } from "../../api/client";
 import { CommandButton } from "../../components/command_button";

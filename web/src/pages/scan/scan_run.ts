@@ -1,4 +1,4 @@
-/** The newest scan of the station: its job, its points as they come, what became of it. */
+/** The newest scan of the station: its job, live points and result. */
 
 import { computed, effect, type Signal, signal } from "@preact/signals";
 import { type Api, data, idempotencyKey, type Job, type Problem, problemOf, type Schemas } from "../../api/client";
@@ -10,27 +10,27 @@ import { hasEnded } from "../../state/records/jobs";
 import { Command } from "../../state/station/command";
 import type { SetUp, StartScan } from "./set_up";
 
-/** Newest scans looked through for the one that the newest job made. */
+/** Number of newest scans searched for the one of the newest job. */
 const N_SEARCHED = 50;
 
 export class ScanRun {
   /** The newest job that scans from the station. */
   readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(scansTheStation));
-  /** Whether it waits or runs. */
+  /** Whether it is waiting or running. */
   readonly open = computed(() => this.job.value !== undefined && !hasEnded(this.job.value));
   /** The scan whose points are shown. */
   readonly scan_id = signal<string | undefined>(undefined);
   readonly n_blocks = signal(0);
-  /** Why points could not be fetched. */
+  /** Why points could not be loaded. */
   readonly problem = signal<Problem | undefined>(undefined);
-  /** The scan that the newest job made, or left when it was stopped. */
+  /** The scan of the newest job, complete or partial. */
   readonly made: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
-  /** The same, if it was stopped and can be taken up again. */
+  /** The same if it is partial and can be resumed. */
   readonly partial = computed(() => (this.made.value?.state === "partial" ? this.made.value : undefined));
-  /** Lost frames at the station when this page first saw the job run, by reason. */
+  /** Lost frames of the station at the start of the job, by reason. */
   private readonly lost_before = signal<Record<string, number>>({});
   readonly start: Command;
-  /** Takes the partial scan up again. */
+  /** Resumes the partial scan. */
   readonly resume: Command;
 
   constructor(
@@ -50,7 +50,7 @@ export class ScanRun {
     });
   }
 
-  /** Frames that were lost since the job began, by reason. */
+  /** Frames lost since the start of the job, by reason. */
   readonly lost = computed<[string, number][]>(() => {
     const dropped = this.app.station.status.value?.frames.dropped ?? {};
     const before = this.lost_before.value;
@@ -78,7 +78,7 @@ export class ScanRun {
     };
   }
 
-  /** Feeds a viewer until the returned function is called. */
+  /** Sends points to a viewer until the returned function is called. */
   feed(viewer: CloudViewer): () => void {
     const feed = new BlockFeed(fetchPoints, {
       onBlock: (block) => {
@@ -93,7 +93,7 @@ export class ScanRun {
       },
       onProblem: (cause) => {
         const problem = problemOf(cause);
-        // The frame shows the age of the link; the job reports a scan without any stored row.
+        // A lost connection is shown in the bar; a scan without stored rows is reported by its job.
         if (problem.status !== 0 && problem.status !== 404) this.problem.value = problem;
       },
     });
@@ -117,7 +117,7 @@ export class ScanRun {
       if (this.job.peek()?.id !== job.id) return;
       this.made.value = items.find((scan) => scan.job_id === job.id);
     } catch {
-      // Without an answer nothing can be opened or resumed either; the next change of the job asks again.
+      // The next change of the job triggers another attempt.
     }
   }
 }

@@ -1,4 +1,4 @@
-/** Scan settings in the form, and as the request body. */
+/** The scan settings of the form, and their request body. */
 
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
@@ -7,16 +7,16 @@ import { remembered } from "../../state/browser/remembered";
 export type StartScan = Schemas["StartScanDto"];
 export type Mode = "stop_and_go" | "continuous";
 
-/** Exposures that a row can have. */
+/** Selectable numbers of exposures per row. */
 export const EXPOSURE_COUNTS = [1, 2, 3, 4] as const;
 
-/** Each exposure of a row is longer by this than the one before: 8 bits hold 12 : 1. */
+/** Ratio of successive exposures of a row; an 8-bit image covers about 12 : 1. */
 const EXPOSURE_RATIO = 6;
 
-/** Longest of several exposures where none was typed: several times that of matt grey paint. */
+/** Default of the longest exposure, several times that of matt grey paint, µs. */
 const FIRST_LONGEST_US = 4000;
 
-/** So many exposures up to the longest, the shortest first, in whole µs. */
+/** `n` exposures up to the longest, in ascending order, whole µs. */
 export function exposuresUpTo(longest_us: number, n: number): number[] {
   return Array.from({ length: n }, (_, at) => Math.round(longest_us / EXPOSURE_RATIO ** (n - 1 - at)));
 }
@@ -26,18 +26,18 @@ const to_mm = remembered("scan_to_mm", 20);
 const step_mm = remembered("scan_step_mm", 0.2);
 const mode = remembered<Mode>("scan_mode", "stop_and_go");
 const speed_mm_s = remembered("scan_speed_mm_s", 5);
-/** A turn, and what shows how well it closes. */
+/** One revolution and an overlap from which the closure error is determined. */
 const from_deg = remembered("scan_from_deg", 0);
 const to_deg = remembered("scan_to_deg", 375);
 const step_deg = remembered("scan_step_deg", 1.5);
 const speed_deg_s = remembered("scan_speed_deg_s", 15);
 
-/** The form. Geometry is remembered by this browser; light and name are those of one scan. */
+/** The form. Geometry is stored in this browser; the other settings apply to one scan. */
 export class SetUp {
   readonly travel = { from: from_mm, to: to_mm, step: step_mm, speed: speed_mm_s };
   readonly turn = { from: from_deg, to: to_deg, step: step_deg, speed: speed_deg_s };
   readonly mode = mode;
-  /** Of several exposures of a row the longest. */
+  /** The exposure, or the longest of several. */
   readonly exposure_us = signal<number | undefined>(undefined);
   readonly n_exposures = signal<number>(1);
   readonly laser_percent = signal<number | undefined>(undefined);
@@ -45,12 +45,12 @@ export class SetUp {
   readonly keep_frames = signal(false);
   /** Images with the laser off, subtracted from the frames. */
   readonly subtract_ambient = signal(false);
-  /** Rows between two of them. */
+  /** Rows between two such images. */
   readonly ambient_rows = signal<number | undefined>(undefined);
-  /** Ambient light, levels of 255, below which none is needed. */
+  /** Ambient light below which it is not subtracted, grey levels of 255. */
   readonly ambient_levels = signal<number | undefined>(undefined);
 
-  /** `rotary`: whether the station's stage turns. */
+  /** `rotary`: whether the stage is a turntable. */
   constructor(readonly rotary: ReadonlySignal<boolean>) {}
   readonly record = signal(false);
 
@@ -71,7 +71,7 @@ export class SetUp {
     };
   });
 
-  /** Several exposures need a longest one. */
+  /** Sets the number of exposures; several require a longest one. */
   setExposures(n: number): void {
     this.n_exposures.value = n;
     if (n > 1) this.exposure_us.value ??= FIRST_LONGEST_US;

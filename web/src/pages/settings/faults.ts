@@ -1,9 +1,9 @@
-/** The faults a simulated station can be given, as the server names them. */
+/** The faults of the simulated station, with the names used by the API. */
 
 export interface SimulatedFault {
   name: string;
   device: "camera" | "stage" | "laser";
-  /** Its magnitude, if it has one, with the server's default. */
+  /** Its parameter, if any, with the server's default. */
   value?: { unit: string; default_value: number; min: number; max: number };
 }
 

@@ -1,4 +1,4 @@
-/** What this browser remembers, and what can be switched at a simulated station. */
+/** The settings page: preferences of this browser, and the simulated station. */
 
 import { useId } from "preact/hooks";
 import { useApp } from "../../app";

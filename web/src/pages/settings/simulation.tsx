@@ -1,4 +1,4 @@
-/** What lies on the simulated stage, and what goes wrong there. */
+/** The part and the faults of the simulated station. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";

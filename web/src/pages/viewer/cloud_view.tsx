@@ -1,4 +1,4 @@
-/** The cloud with its tools: colours, views, legend, picked points. */
+/** The point cloud with its tools: colours, views, legend, picked points. */
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -14,11 +14,11 @@ import "./viewer.css";
 
 interface Properties {
   state: ViewState;
-  /** Called with the viewer when there is one, and its end. */
+  /** Called with the viewer when it is created, and with `undefined` when it is disposed. */
   onViewer: (viewer: CloudViewer | undefined) => void;
-  /** What stands over the empty image. */
+  /** Shown while there are no points. */
   empty: ComponentChildren;
-  /** More tools of the page. */
+  /** Additional tools of the page. */
   tools?: ComponentChildren;
 }
 

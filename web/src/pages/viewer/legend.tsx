@@ -1,4 +1,4 @@
-/** What the colours mean: orders with their names, or a scale with histogram whose ends can be set. */
+/** The legend: orders with their names, or a scale with histogram and adjustable range. */
 
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
@@ -11,12 +11,12 @@ import type { ViewState } from "./view_state";
 
 const N_BINS = 64;
 
-/** Height of the histogram's drawing, in its own units. */
+/** Height of the histogram in SVG units. */
 const HISTOGRAM_HEIGHT = 32;
 
 const UNITS: Record<ValueMode, string> = { height: "mm", sigma: "µm", intensity: "", deviation: "µm" };
 
-/** Orders of this instrument, as the legend shows them. */
+/** Orders shown in the legend. */
 const ORDERS = [-2, -1, 0, 1, 2];
 
 export function Legend({ state }: { state: ViewState }) {
@@ -90,7 +90,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
   );
 }
 
-/** The scale without anything to set, for the page and for paper. */
+/** The colour scale without controls, also for printing. */
 function ColourScale({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const words = text.value.viewer;
   const range = state.range.value;
@@ -131,7 +131,7 @@ function ColourScale({ state, mode }: { state: ViewState; mode: ValueMode }) {
   );
 }
 
-/** What the colours mean, on paper. */
+/** The legend for printing. */
 export function PrintedLegend({ state }: { state: ViewState }) {
   const mode = state.mode.value;
   return (
@@ -141,7 +141,7 @@ export function PrintedLegend({ state }: { state: ViewState }) {
   );
 }
 
-/** Decimals that distinguish the ticks of a span. */
+/** Number of decimals that distinguishes the ticks of a span. */
 function digitsOf(span: number): number {
   return Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(Math.max(span, 1e-9) / 4))));
 }

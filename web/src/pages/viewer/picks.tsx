@@ -1,4 +1,4 @@
-/** Picked points as the server computed them, and the distance between two. */
+/** The picked points with exact values from the server, and the distance between two. */
 
 import { subtract } from "../../scene/cloud/shapes";
 import { sigmaOfClass } from "../../stream/protocol";

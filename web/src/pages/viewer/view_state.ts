@@ -1,4 +1,4 @@
-/** What a person chose and sees of a cloud, as signals; the viewer itself draws without them. */
+/** Display settings and picked points of a point cloud, as signals applied to the viewer. */
 
 import { computed, effect, type Signal, signal } from "@preact/signals";
 import type { ExactPoint } from "../../scene/cloud/exact_point";
@@ -11,10 +11,10 @@ import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { remembered } from "../../state/browser/remembered";
 
-/** A growing cloud's histogram is made anew so often. */
+/** Update interval of the histogram while the cloud grows, ms. */
 const SAMPLE_EVERY_MS = 1000;
 
-/** A picked point: at once as displayed, soon as the server has it. */
+/** A picked point: first as displayed, then with the exact values from the server. */
 export interface PickedPoint {
   displayed: Picked;
   exact: ExactPoint | undefined;
@@ -33,9 +33,9 @@ export class ViewState {
   readonly orthographic = signal(false);
   readonly lost = signal(false);
   readonly n_points = signal(0);
-  /** Points that are not hidden; undefined where all are shown. */
+  /** Number of visible points; undefined if all are visible. */
   readonly n_shown = computed<number | undefined>(() => {
-    // As often as the histogram is made anew.
+    // Recompute whenever the histogram is updated.
     this.values.value;
     const [mode, range] = [this.mode.value, this.range.value];
     if (!this.hide_outside.value || mode === "order" || !this.viewer) return undefined;
@@ -46,7 +46,7 @@ export class ViewState {
   readonly mesh = signal<Mesh | undefined>(undefined);
   readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
   readonly picks = signal<readonly PickedPoint[]>([]);
-  /** Ranges a person custom_ranges; else the proposed one is in force. */
+  /** Ranges entered by the user; otherwise the automatic range applies. */
   readonly custom_ranges = signal<Partial<Record<ValueMode, ValueRange>>>({});
   /** Sorted sample of the values of the mode. */
   readonly values = signal<Float32Array>(new Float32Array());
@@ -93,7 +93,7 @@ export class ViewState {
     };
   }
 
-  /** Points were added: the histogram follows, not too often. */
+  /** Called when points were added; updates the histogram at a limited rate. */
   pointsAdded(n_points: number): void {
     this.n_points.value = n_points;
     if (n_points === 0) this.picks.value = [];
@@ -105,7 +105,7 @@ export class ViewState {
     }, due_ms);
   }
 
-  /** Asks for the exact point; a third pick begins a new pair. */
+  /** Picks a point and requests its exact values; a third pick starts a new pair. */
   async pick(displayed: Picked): Promise<void> {
     const asked: PickedPoint = { displayed, exact: undefined, state: "asking" };
     const before = this.picks.peek();

@@ -1,8 +1,8 @@
-/** Signals that this browser remembers: preferences of a viewer, never anything a station depends on. */
+/** Signals stored in this browser: user preferences only, nothing that the station depends on. */
 
 import { effect, type Signal, signal } from "@preact/signals";
 
-/** A signal kept in the browser's storage under `sheaf.NAME`; without storage it lives as long as the page. */
+/** A signal stored in `localStorage` as `sheaf.NAME`; without storage it lasts as long as the page. */
 export function remembered(name: string, initial: string): Signal<string>;
 export function remembered(name: string, initial: number): Signal<number>;
 export function remembered(name: string, initial: boolean): Signal<boolean>;
@@ -15,7 +15,7 @@ export function remembered<T extends string | number | boolean>(name: string, in
     try {
       localStorage.setItem(key, text);
     } catch {
-      // Storage may be switched off or full; the page works without.
+      // Storage may be disabled or full; the page works without it.
     }
   });
   return remembered;

@@ -1,4 +1,4 @@
-/** Where in the station the person is: `#/scan/ID?…`, so that a place can be linked and the server stays static. */
+/** The route in the URL hash, `#/scan/ID?…`, so that views can be linked without routing on the server. */
 
 import { signal } from "@preact/signals";
 
@@ -14,14 +14,14 @@ export const PAGES = [
   "help",
 ] as const;
 
-/** Pages that belong to one in the rail: one scan; the inspections, or one of them. */
+/** Pages without an entry in the rail, and the entry that they belong to. */
 export const PARENTS = { result: "results", inspections: "results" } as const;
 
 export type PageName = (typeof PAGES)[number] | keyof typeof PARENTS;
 
 export interface Route {
   page: PageName;
-  /** What the page shows: the id of a scan, a session, a calibration, an inspection. */
+  /** The id of the scan, session, calibration or inspection that the page shows. */
   id: string | undefined;
   query: URLSearchParams;
 }
@@ -40,12 +40,12 @@ export function href(page: PageName, id?: string, query?: Record<string, string>
 
 export const route = signal(parseRoute(typeof location === "undefined" ? "" : location.hash));
 
-/** Goes to a page. */
+/** Navigates to a page. */
 export function goTo(page: PageName, id?: string, query?: Record<string, string>): void {
   location.hash = href(page, id, query);
 }
 
-/** Changes the query of a page in place: going back leads to the page before it. */
+/** Replaces the query without a new history entry. */
 export function replaceQuery(page: PageName, id: string | undefined, query: Record<string, string>): void {
   const hash = Object.keys(query).length > 0 ? href(page, id, query) : href(page, id);
   if (hash !== location.hash) location.replace(hash);

@@ -1,9 +1,9 @@
-/** Keys that lead to pages: `g` and a letter, or Alt and a digit. */
+/** Keyboard shortcuts to pages: `g` and a letter, or Alt and a digit. */
 
 import { remembered } from "./remembered";
 import { goTo, PAGES, type PageName } from "./route";
 
-/** Whether letters alone are shortcuts; who dictates or scans bar codes may switch them off. */
+/** Whether single letters are shortcuts; can be turned off for speech input and barcode scanners. */
 export const letter_shortcuts = remembered("letter_shortcuts", true);
 
 /** The letter after `g`. */
@@ -22,25 +22,25 @@ export const PAGE_LETTERS: Record<(typeof PAGES)[number], string> = {
 /** Maximum time between the two letters, by event time even if a busy page processes them late. */
 const SECOND_WITHIN_MS = 1500;
 
-/** The digit that leads to a page together with Alt. */
+/** The digit that opens a page together with Alt. */
 export function digitOf(page: (typeof PAGES)[number]): string {
   return `${PAGES.indexOf(page) + 1}`;
 }
 
 export interface Key {
   key: string;
-  /** Place on the keyboard: Alt changes what digits write on some layouts. */
+  /** Physical key: on some layouts Alt changes the character of digit keys. */
   code: string;
   altKey: boolean;
   ctrlKey: boolean;
   metaKey: boolean;
 }
 
-/** Follows keys and says where they lead. */
+/** Recognizes shortcuts in a sequence of key events. */
 export class Shortcuts {
   private g_at_ms = Number.NEGATIVE_INFINITY;
 
-  /** Where a key leads: a page, the list of shortcuts, or nowhere. `letters`: whether letters count here. */
+  /** The target of a key: a page, the list of shortcuts, or none. `letters`: whether letter shortcuts are enabled here. */
   follow(key: Key, letters: boolean, at_ms: number): PageName | "shortcuts" | undefined {
     if (key.ctrlKey || key.metaKey) return undefined;
     if (key.altKey) return PAGES[Number(/^Digit([1-9])$/.exec(key.code)?.[1] ?? 0) - 1];
@@ -52,12 +52,12 @@ export class Shortcuts {
   }
 }
 
-/** Whether keys are being typed into something. */
+/** Whether the target of a key event is an input. */
 function isTyping(target: EventTarget | null): boolean {
   return target instanceof Element && target.closest("input, select, textarea, [contenteditable]") !== null;
 }
 
-/** Follows the keys of the whole page. */
+/** Installs the shortcuts for the whole page. */
 export function followShortcuts(): void {
   const shortcuts = new Shortcuts();
   addEventListener("keydown", (event) => {
@@ -68,7 +68,7 @@ export function followShortcuts(): void {
     event.preventDefault();
     if (to === "shortcuts") goTo("help", "shortcuts");
     else goTo(to);
-    // From here Tab goes through the new page; pages with a first field take the focus themselves.
+    // Tab continues in the new page; pages with a first field set the focus themselves.
     document.getElementById("page")?.focus();
   });
 }

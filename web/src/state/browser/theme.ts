@@ -1,4 +1,4 @@
-/** Light or dark: what the person chose, else what the system prefers. */
+/** The theme: the user's choice, else the system preference. */
 
 import { computed, signal } from "@preact/signals";
 import { remembered } from "./remembered";
@@ -13,7 +13,7 @@ query?.addEventListener("change", (event) => {
   system_dark.value = event.matches;
 });
 
-/** The theme in force. */
+/** The current theme. */
 export const theme = computed<"light" | "dark">(() => {
   if (theme_choice.value !== "system") return theme_choice.value;
   return system_dark.value ? "dark" : "light";

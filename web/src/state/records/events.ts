@@ -7,15 +7,15 @@ import { type Damaged, joinDamaged } from "./damaged";
 
 export type StationEvent = Schemas["EventDto"];
 
-/** Events the page begins with, and how many more a person gets at once. */
+/** Events loaded at the start, and by each request for older ones. */
 export const EVENTS_AT_ONCE = 50;
 
-/** Events kept in the page; older ones are read again when wanted. */
+/** Maximum number of events kept in the page. */
 const KEPT = 1000;
 
 type Listener = (new_events: readonly StationEvent[]) => void;
 
-/** Puts new events in front of the known ones (newest first) and leaves out what is known already. */
+/** Prepends new events to the known ones, newest first, without duplicates. */
 export function joined(
   known: readonly StationEvent[],
   new_events: readonly StationEvent[],
@@ -28,7 +28,7 @@ export function joined(
 export class EventLog {
   /** Newest first, without gaps. */
   readonly list = signal<readonly StationEvent[]>([]);
-  /** Events between them that are damaged. */
+  /** Damaged events in the range of the list. */
   readonly damaged = signal<readonly Damaged[]>([]);
   private readonly listeners = new Set<Listener>();
   private newest_seq = 0;
@@ -43,11 +43,11 @@ export class EventLog {
     this.stream.subscribe({ stream: "events" }, (message) => {
       if ("op" in message && message.op === "event") void this.catchUp(message.seq);
     });
-    // What was shown before a connection was lost may be old, with or without events since.
+    // After a reconnect all data may be outdated, with or without new events.
     this.stream.onReconnect(() => this.notify([]));
   }
 
-  /** Calls back with new events, and with none after a reconnect; the returned function ends it. */
+  /** Calls back with new events, and with an empty list after a reconnect; returns the function that unsubscribes. */
   follow(listener: Listener): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
@@ -68,7 +68,7 @@ export class EventLog {
   }
 
   private async catchUp(seq: number): Promise<void> {
-    if (seq < this.newest_seq) this.list.value = []; // Another data folder behind the same address.
+    if (seq < this.newest_seq) this.list.value = []; // The server now uses another data folder.
     this.newest_seq = seq;
     this.reading ??= this.readNew().finally(() => {
       this.reading = undefined;

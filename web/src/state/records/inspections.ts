@@ -1,4 +1,4 @@
-/** Inspections as lists, tables and bars need them. All verdicts and reasons are the server's. */
+/** Inspections for lists, tables and bars. All verdicts and reasons come from the server. */
 
 import { type Api, data, type Schemas } from "../../api/client";
 import { VERDICTS } from "./outcome";
@@ -8,7 +8,7 @@ import type { Verdict } from "./scanned";
 export type Inspection = Schemas["InspectionDto"];
 export type CharacteristicResult = Schemas["CharacteristicResultDto"];
 
-/** What the server finds; everything by default. */
+/** Filters applied by the server; all records by default. */
 export interface InspectionsQuery {
   serial?: string;
   recipe?: string;
@@ -17,7 +17,7 @@ export interface InspectionsQuery {
   to_ms?: number;
 }
 
-/** The newest inspections, or those before one. */
+/** The newest inspections, or those older than `before`. */
 export async function readInspections(
   api: Api,
   limit: number,
@@ -29,7 +29,7 @@ export async function readInspections(
   return { items, damaged, next: next ? items.at(-1)?.id : undefined };
 }
 
-/** Recipe and version in one word, as the API takes it. */
+/** Recipe and version in the notation of the API. */
 export function versionName({ id, version }: { id: string; version: number }): string {
   return `${id}@${version}`;
 }
@@ -41,8 +41,8 @@ export function limitsOf({ nominal, lower, upper }: CharacteristicResult) {
 }
 
 /**
- * How far a value lies from the middle of its limits, in half widths: 1 is on a limit. With a single limit: value over
- * limit, both as deviations. Undefined without value or limits.
+ * Distance of a value from the middle of its limits, in half widths of the range: 1 is on a limit. With a single limit:
+ * deviation divided by limit. Undefined without value or limits.
  */
 export function utilisation(result: CharacteristicResult): number | undefined {
   const { lower, upper, value } = result;
@@ -53,7 +53,7 @@ export function utilisation(result: CharacteristicResult): number | undefined {
   return limit ? deviation / limit : undefined;
 }
 
-/** The worst verdict first, then what comes closest to its limits or exceeds them most; those without limits last. */
+/** Sorted by verdict, the worst first, then by utilisation of the limits; those without limits last. */
 export function worstFirst(results: readonly CharacteristicResult[]): readonly CharacteristicResult[] {
   const rank = ({ verdict }: CharacteristicResult) => (verdict ? VERDICTS.indexOf(verdict) : -1);
   const used = (result: CharacteristicResult) => utilisation(result) ?? Number.NEGATIVE_INFINITY;

@@ -1,4 +1,4 @@
-/** Jobs from the server: the newest state of each, followed until they end. */
+/** Jobs of the server with their newest states. */
 
 import { computed, signal } from "@preact/signals";
 import { type Api, data, type Job } from "../../api/client";
@@ -6,17 +6,17 @@ import type { StreamConnection } from "../../stream/connection";
 import { coalesced } from "../coalesced";
 import { type Damaged, joinDamaged } from "./damaged";
 
-/** Jobs kept for the list. */
+/** Maximum number of jobs kept in the page. */
 const KEPT = 1000;
 
-/** Jobs read at once. */
+/** Jobs per request. */
 const AT_ONCE = 50;
 
 export function hasEnded(job: Job): boolean {
   return job.state !== "queued" && job.state !== "running";
 }
 
-/** What a person called the thing that the job makes. */
+/** Name or serial number given by the user. */
 export function nameOf(job: Job): string | undefined {
   if (job.input?.kind === "inspection") return job.input.serial;
   return (job.input?.kind === "scan" && job.input.name) || undefined;
@@ -25,11 +25,11 @@ export function nameOf(job: Job): string | undefined {
 export class JobsState {
   /** Newest first. */
   readonly list = signal<readonly Job[]>([]);
-  /** Jobs that wait or run, oldest first. */
+  /** Waiting and running jobs, oldest first. */
   readonly open = computed(() => this.list.value.filter((job) => !hasEnded(job)).reverse());
   /** Whether the server has jobs older than those in the list. */
   readonly has_older = signal(false);
-  /** Jobs between them that are damaged. */
+  /** Damaged jobs in the range of the list. */
   readonly damaged = signal<readonly Damaged[]>([]);
   private readonly waiting = new Map<string, ((job: Job) => void)[]>();
 
@@ -42,7 +42,7 @@ export class JobsState {
     this.stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, (message) => {
       if ("op" in message && message.op === "job") this.update(message.job);
     });
-    // Every end of a job is an event; the job stream sends only the newest progress.
+    // The end of every job is an event; the job stream sends only the newest progress.
     this.stream.subscribe({ stream: "events" }, () => void this.refresh());
     this.stream.onReconnect(() => void this.refresh());
   }
@@ -52,7 +52,7 @@ export class JobsState {
     return this.list.value.find((job) => job.id === id);
   }
 
-  /** Reads the newest jobs again; asked by many at once, it asks the server once more. */
+  /** Reads the newest jobs again; simultaneous calls are coalesced. */
   readonly refresh = coalesced(() => this.readNewest());
 
   private async readNewest(): Promise<void> {
@@ -64,7 +64,7 @@ export class JobsState {
       if (this.list.peek().length <= AT_ONCE) this.has_older.value = next != null;
       for (const job of [...items].reverse()) this.update(job);
     } catch {
-      // The link's age is shown; the next event or connection asks again.
+      // The bar shows the lost connection; the next event or reconnect triggers another attempt.
     }
   }
 
@@ -78,7 +78,7 @@ export class JobsState {
     this.has_older.value = next != null && this.list.peek().length < KEPT;
   }
 
-  /** Notes what a request answered, so that the page need not wait for the stream. */
+  /** Adds or updates a job, from the stream or from a response. */
   update(job: Job): void {
     const known = this.get(job.id);
     if (known && hasEnded(known) && !hasEnded(job)) return;
@@ -93,7 +93,7 @@ export class JobsState {
     }
   }
 
-  /** Resolves with the job when it has ended, whatever its end. */
+  /** Resolves with the job when it has ended, in any state. */
   async ended(id: string): Promise<Job> {
     const known = this.get(id);
     if (known && hasEnded(known)) return known;

@@ -1,19 +1,19 @@
-/** What Start scans and measures: kept by the server, edited here, the same in every browser. */
+/** The scan and measurement settings of Operate: stored on the server, edited here, the same in every browser. */
 
 import { signal } from "@preact/signals";
 import { type Api, data, type Problem, problemOf, type Schemas } from "../../api/client";
 
 export type Plan = Schemas["MeasurementPlanDto"];
 
-/** Time after the last keystroke until a change is sent: a number is typed within it. */
+/** Delay from the last keystroke until a change is sent, ms. */
 const SEND_AFTER_MS = 400;
 
 export class MeasurementPlan {
-  /** As shown: the server's, with changes on their way to it. Undefined: not read yet. */
+  /** The plan with local changes that are not saved yet. Undefined: not loaded yet. */
   readonly plan = signal<Plan | undefined>(undefined);
-  /** Whether a change is not yet kept by the server. */
+  /** Whether there are changes that the server has not stored yet. */
   readonly unsaved = signal(false);
-  /** Why it was not read or not kept. */
+  /** Why loading or saving failed. */
   readonly problem = signal<Problem | undefined>(undefined);
   private version = "*";
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -21,7 +21,7 @@ export class MeasurementPlan {
 
   constructor(private readonly api: Api) {}
 
-  /** Reads the plan, unless it is being changed here. */
+  /** Loads the plan, unless there are unsaved changes. */
   async load(): Promise<void> {
     if (this.unsaved.peek()) return;
     try {
@@ -36,7 +36,7 @@ export class MeasurementPlan {
     }
   }
 
-  /** Shows the change at once and sends it after a pause in typing. */
+  /** Applies a change locally and saves it after a pause in typing. */
   change(part: Partial<Plan>): void {
     const before = this.plan.peek();
     if (!before) return;
@@ -46,7 +46,7 @@ export class MeasurementPlan {
     this.timer = setTimeout(() => void this.saved(), SEND_AFTER_MS);
   }
 
-  /** Resolves when the server has what is shown; false where it refused. */
+  /** Saves pending changes; resolves to whether the server has stored the plan. */
   async saved(): Promise<boolean> {
     clearTimeout(this.timer);
     await this.sending;
@@ -70,7 +70,7 @@ export class MeasurementPlan {
       if (this.plan.peek() === body) this.unsaved.value = false;
     } catch (cause) {
       const problem = problemOf(cause);
-      // Somebody else changed it meanwhile: theirs is shown, with the word that this one was not kept.
+      // Changed by someone else in the meantime: show the new plan, and the problem that this change was not saved.
       if (problem.status === 412) {
         this.unsaved.value = false;
         await this.load();

@@ -1,4 +1,4 @@
-/** What a scanned part is called at a glance. The verdict is the server's. */
+/** The outcome of a scanned part: the server's verdict, or why there is none. */
 
 import type { Measured, ScannedPart, Verdict } from "./scanned";
 
@@ -8,7 +8,7 @@ export type Outcome = Verdict | "partial" | "measured" | "scanned";
 /** From the best to the worst. */
 export const VERDICTS: readonly Verdict[] = ["ok", "undecided", "invalid", "not_ok"];
 
-/** The characteristic shown for the part: the worst with a verdict, else the newest. */
+/** The characteristic displayed for the part: the one with the worst verdict, else the newest. */
 export function decidingCharacteristic({ measured }: ScannedPart): Measured | undefined {
   const worst = [...VERDICTS].reverse().find((verdict) => measured.some((one) => one.verdict === verdict));
   return measured.find((one) => worst !== undefined && one.verdict === worst) ?? measured[0];
@@ -20,7 +20,7 @@ export function outcomeOf({ scan, measured }: ScannedPart): Outcome {
   return measured.length > 0 ? "measured" : "scanned";
 }
 
-/** A sign that says the same without colour. */
+/** Symbols that distinguish outcomes without colour. */
 export const OUTCOME_SYMBOL: Record<Outcome, string> = {
   ok: "✓",
   undecided: "?",

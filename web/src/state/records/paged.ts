@@ -1,4 +1,4 @@
-/** Records that the server pages, newest first, kept true by events. */
+/** A paged list of records, newest first, updated by events. */
 
 import { computed } from "@preact/signals";
 import { Resource } from "../resource";
@@ -6,22 +6,22 @@ import { Command } from "../station/command";
 import { type Damaged, joinDamaged } from "./damaged";
 import type { EventLog, StationEvent } from "./events";
 
-/** Records read at once. */
+/** Records per page. */
 const AT_ONCE = 50;
 
-/** Most that the server answers at once. */
+/** Maximum page size of the server. */
 const LARGEST_PAGE = 200;
 
 export interface RecordsPage<Item> {
   items: readonly Item[];
-  /** Records between them that are damaged. */
+  /** Damaged records in the range of the page. */
   damaged: readonly Damaged[];
-  /** The cursor of older ones. */
+  /** Cursor of the next, older page. */
   next: string | undefined;
 }
 
 export interface RecordsSource<Item, Query> {
-  /** The newest that fit, or those before a cursor. */
+  /** Reads the newest matching records, or those before a cursor. */
   read(limit: number, query: Query, before: string | undefined): Promise<RecordsPage<Item>>;
   /** Whether an event changes the list. */
   concerns(event: StationEvent): boolean;
@@ -29,9 +29,9 @@ export interface RecordsSource<Item, Query> {
 
 export class PagedRecords<Item, Query> {
   private readonly pages = new Resource<RecordsPage<Item>>();
-  /** Undefined: not read yet. */
+  /** Undefined: not loaded yet. */
   readonly items = computed(() => this.pages.state.value.value?.items);
-  /** Records between them that cannot be shown. */
+  /** Damaged records in the range of the list. */
   readonly damaged = computed(() => this.pages.state.value.value?.damaged ?? []);
   readonly has_older = computed(() => this.pages.state.value.value?.next !== undefined);
   readonly problem = computed(() => this.pages.state.value.problem);
@@ -43,7 +43,7 @@ export class PagedRecords<Item, Query> {
     private query: Query,
   ) {}
 
-  /** Reads what the server finds for `query` from now on. */
+  /** Changes the query and reloads. */
   setQuery(query: Query): void {
     if (JSON.stringify(query) === JSON.stringify(this.query)) return;
     this.query = query;
@@ -51,7 +51,7 @@ export class PagedRecords<Item, Query> {
     void this.readNewest();
   }
 
-  /** Reads, and reads again when something happened; the returned function ends it. */
+  /** Loads, and reloads after relevant events; returns the function that ends this. */
   follow(): () => void {
     void this.readNewest();
     return this.events.follow((new_events) => {
@@ -60,7 +60,7 @@ export class PagedRecords<Item, Query> {
     });
   }
 
-  /** The newest: as many as are shown, so that the list keeps its length whatever happens. */
+  /** Reloads as many of the newest records as are displayed, so that the list keeps its length. */
   private readNewest(): Promise<void> {
     const count = Math.max(AT_ONCE, this.items.peek()?.length ?? 0);
     return this.pages.load(() => this.more({ items: [], damaged: [], next: undefined }, count));
@@ -71,7 +71,7 @@ export class PagedRecords<Item, Query> {
     return this.pages.load(() => this.more(known, AT_ONCE));
   }
 
-  /** `known`, and up to `count` older ones. */
+  /** `known` with up to `count` older records appended. */
   private async more(known: RecordsPage<Item>, count: number): Promise<RecordsPage<Item>> {
     const whole = { ...known };
     const wanted = known.items.length + count;

@@ -1,4 +1,4 @@
-/** Scanned parts with their verdict and characteristics, as lists and charts need them; all of it from one list of the server. */
+/** Scanned parts with verdict and characteristics for lists and charts, from one endpoint of the server. */
 
 import { type Api, data, type Schemas } from "../../api/client";
 import type { Damaged } from "./damaged";
@@ -11,10 +11,10 @@ export interface Measured {
   id: string;
   at_ms: number;
   tool: string;
-  /** Undefined: the only one of its tool. */
+  /** Undefined if it is the only one of its tool. */
   name: string | undefined;
   unit: "mm" | "°";
-  /** Undefined: it could not be measured. */
+  /** Undefined if it could not be measured. */
   value: number | undefined;
   /** Expanded uncertainty, k = 2. */
   expanded_uncertainty: number | undefined;
@@ -31,19 +31,19 @@ export interface ScannedPart {
   measured: readonly Measured[];
 }
 
-/** What the server finds; everything by default. */
+/** Filters applied by the server; all records by default. */
 export interface PartsQuery {
   verdict?: Verdict;
   state?: Schemas["ScanStateDto"];
   purpose?: Schemas["ScanPurposeDto"];
 }
 
-/** A part of the list of scanned parts. */
+/** A page of the list of scanned parts. */
 export interface PartsPage {
   parts: readonly ScannedPart[];
-  /** Scans between them, and their measurements, that are damaged. */
+  /** Damaged scans and measurements in the range of the page. */
   damaged: readonly Damaged[];
-  /** The cursor of older ones. */
+  /** Cursor of the next, older page. */
   next: string | undefined;
 }
 
@@ -67,7 +67,7 @@ function measuredOf(one: Schemas["CharacteristicDto"]): Measured {
   };
 }
 
-/** The newest parts, or those before one. */
+/** The newest parts, or those older than `before`. */
 export async function readParts(
   api: Api,
   limit: number,

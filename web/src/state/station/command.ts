@@ -1,4 +1,4 @@
-/** A command of a person: requested → accepted → done or failed, always visible. */
+/** A user command with its phase: requested → accepted → done or failed. */
 
 import { type ReadonlySignal, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../../api/client";
@@ -30,7 +30,7 @@ export class Command<Arguments extends unknown[] = []> {
     return this.phase_.value === "requested" || this.phase_.value === "accepted";
   }
 
-  /** Carries it out; while it runs, another start is ignored. */
+  /** Runs the command; ignored while it is already running. */
   async start(...args: Arguments): Promise<boolean> {
     if (this.phase_.peek() === "requested" || this.phase_.peek() === "accepted") return false;
     this.problem_.value = undefined;

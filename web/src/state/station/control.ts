@@ -1,33 +1,33 @@
-/** The control lease: who commands the station, and whether that is this page. */
+/** The control lease: who is in control of the station, and whether it is this page. */
 
 import { computed, signal } from "@preact/signals";
 import { type Api, data, ProblemError, type Schemas } from "../../api/client";
 import { remembered } from "../browser/remembered";
 import type { StationState } from "./station";
 
-/** The lease lasts five seconds; it is renewed with room for a lost request. */
+/** The lease lasts five seconds; the interval tolerates a lost request. */
 const RENEW_EVERY_MS = 1500;
 
-/** HTTP's status for what the state of things refuses: a lease that is not in force is one. */
+/** HTTP status of a renewal whose lease is no longer valid. */
 const CONFLICT = 409;
 
 const EXPIRED = "urn:sheaf:problem:control-expired";
 
-/** Why this page no longer commands. `idle`: nothing was commanded; `not_renewed`: the link or the page was asleep. */
+/** Why this page lost control. `idle`: no commands were sent; `not_renewed`: the connection was lost or the page was suspended. */
 export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "not_renewed" };
 
 export class Control {
   /** The name shown to others. */
   readonly holder = remembered("holder", "");
   private readonly lease = signal<Schemas["ControlLeaseDto"] | undefined>(undefined);
-  /** Whether this page commands. */
+  /** Whether this page is in control. */
   readonly mine = computed(() => this.lease.value !== undefined);
-  /** Who else commands. */
+  /** The name of another holder of control. */
   readonly other = computed(() => {
     const control = this.station.status.value?.control;
     return control && !this.mine.value ? control.holder : undefined;
   });
-  /** How this page lost control, until it is acknowledged. */
+  /** How this page lost control, until the user dismisses the message. */
   readonly lost = signal<Loss | undefined>(undefined);
   private renewed_at_ms = 0;
   /** How long a renewed lease lasts. */
@@ -40,12 +40,12 @@ export class Control {
 
   start(): void {
     setInterval(() => void this.renew(), RENEW_EVERY_MS);
-    // Timers of a hidden page come late: whether it still commands is asked at once when it is seen again.
+    // Timers of hidden pages are throttled: renew at once when the page becomes visible.
     document.addEventListener("visibilitychange", () => void this.renew());
     addEventListener("pagehide", () => void this.release());
   }
 
-  /** How logs and other browsers call who sits here. */
+  /** The name in logs and other browsers. */
   get name(): string {
     return this.holder.value.trim() || "Operator";
   }
@@ -55,7 +55,7 @@ export class Control {
     return this.lease.value?.id;
   }
 
-  /** Takes control where nobody has it; from somebody else only with `take_over`. */
+  /** Takes control if it is free; from another holder only with `take_over`. */
   async take(take_over = false): Promise<void> {
     const body = { holder: this.name, take_over };
     this.note(await data(this.api().POST("/api/v1/station/control", { body })));
@@ -83,10 +83,10 @@ export class Control {
     const params = { header: { "Sheaf-Control": id } };
     try {
       const renewed = await data(this.api().PUT("/api/v1/station/control", { params }));
-      // Given back, or taken anew, while the answer was under way.
+      // Ignore the response if control was released or taken again in the meantime.
       if (this.id() === id) this.note(renewed);
     } catch (cause) {
-      // An unreachable or busy server keeps the lease until it runs out there; a conflict means that it has.
+      // The lease stays valid on an unreachable or busy server until it expires; a conflict means that it has.
       if (!(cause instanceof ProblemError) || cause.problem.status !== CONFLICT || this.id() !== id) return;
       const asleep = performance.now() - this.renewed_at_ms > this.length_ms;
       this.lease.value = undefined;
@@ -97,7 +97,7 @@ export class Control {
 
   private note(lease: Schemas["ControlLeaseDto"]): void {
     this.lease.value = lease;
-    // Without commands a lease is renewed for shorter and shorter times.
+    // Without commands the server renews the lease for decreasing times.
     this.length_ms = Math.max(this.length_ms, 1000 * lease.expires_in_s);
     this.renewed_at_ms = performance.now();
   }

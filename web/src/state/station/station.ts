@@ -5,7 +5,7 @@ import type { Schemas, Station } from "../../api/client";
 import type { StreamConnection } from "../../stream/connection";
 import { STALE_AFTER_MS } from "../../theme";
 
-/** Interval of checking whether the data has become stale. */
+/** Interval of the check for stale data. */
 const CHECK_EVERY_MS = 250;
 
 /** Update rate of positions and counts; state changes are sent at once. */
@@ -19,7 +19,7 @@ export function positionOf(stage: Schemas["StageDto"] | undefined): number | und
 export class StationState {
   /** The newest status; undefined before the first. */
   readonly status = signal<Station | undefined>(undefined);
-  /** Seconds since the last message; 0 while the link is live. */
+  /** Seconds since the last message; 0 while the connection is live. */
   readonly stale_s = signal(0);
   readonly stale = computed(() => this.stale_s.value > 0);
   /** Whether the devices are simulated or replayed. */
@@ -34,7 +34,7 @@ export class StationState {
   readonly travel = computed(
     () => this.status.value?.stage.travel_mm ?? this.status.value?.stage.travel_deg ?? [],
   );
-  /** Whether the station carries something out. */
+  /** Whether a job uses the station. */
   readonly busy = computed(() => this.status.value?.job_id != null);
 
   constructor(private readonly stream: StreamConnection) {}

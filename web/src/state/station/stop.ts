@@ -12,8 +12,8 @@ const REPEAT_EVERY_MS = 500;
 const NO_RESPONSE_AFTER_MS = 1500;
 
 /**
- * Requests under way at most. A browser has six connections to a server: of requests that hang on dead ones, the oldest
- * makes room for a new one, after ten seconds. Nothing else ends an attempt before the station has stopped.
+ * Maximum number of pending requests. A browser has six connections per server: if requests hang on dead connections, the
+ * oldest is aborted after ten seconds to allow a new one. No other attempt is aborted before the station has stopped.
  */
 const MAX_PENDING = 20;
 
@@ -50,7 +50,7 @@ export class Stop {
         (answer) => {
           if (this.pending.has(abort)) this.answered(answer);
         },
-        // Not reached: the next attempt is due in any case.
+        // Server not reached: the next attempt follows in any case.
         () => undefined,
       )
       .finally(() => this.pending.delete(abort));

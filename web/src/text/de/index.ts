@@ -17,7 +17,7 @@ import { scan } from "./scan";
 import { settings } from "./settings";
 import { viewer } from "./viewer";
 
-/** Deutsch. */
+/** German texts. */
 export const de: Catalogue = {
   frame,
   pages,

@@ -44,7 +44,7 @@ export const frame = {
   by_job: "Station busy",
   title_stale: "no connection",
   fault: "Fault",
-  /** Detail and remedy by device and kind; the English texts come with the fault. */
+  /** Detail and remedy by device and kind of fault; English texts come from the server. */
   faults: {} as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Acknowledge and reset",
   reset_after_stop: "The station was stopped. Motion and laser stay off until reset.",

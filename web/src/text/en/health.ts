@@ -94,7 +94,7 @@ export const health = {
     warning: "warning",
     invalid: "scan invalid",
   } as Record<string, string>,
-  /** Other languages translate the server's sentence by its code; English shows the sentence. */
+  /** Translations by code; English shows the server's message. */
   watch_reasons: {} as Partial<Record<Schemas["WatchReasonDto"], string>>,
   events: "Events",
   no_events: "No events yet.",

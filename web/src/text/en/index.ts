@@ -16,7 +16,7 @@ import { scan } from "./scan";
 import { settings } from "./settings";
 import { viewer } from "./viewer";
 
-/** Every word of the station; English is the measure of the other languages. */
+/** All texts of the page in English; other languages must have the same keys. */
 export const en = {
   frame,
   pages,

@@ -10,7 +10,7 @@ export const tools = {
   flatness: "Flatness",
 };
 
-/** The name of a tool's value. */
+/** The quantity that a tool measures. */
 export const measured_as: Record<string, string> = {
   plane: "Plane distance",
   sphere: "Sphere radius",

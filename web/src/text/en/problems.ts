@@ -1,2 +1,2 @@
-/** Titles by the last part of a problem's type; the English ones come with the problems. */
+/** Titles by the last segment of a problem's type; English titles come from the server. */
 export const problems = {} as Record<string, string>;

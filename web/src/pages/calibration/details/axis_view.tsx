@@ -1,4 +1,4 @@
-/** Results of the stage views on a turntable: the axis and its uncertainty. */
+/** Results of the stage views on a turntable: the axis with its uncertainty. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";

@@ -1,4 +1,4 @@
-/** How far one calibration reads from another, in mm over the working volume, order by order. */
+/** Depth difference between two calibrations over the working volume, for each order. */
 
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -38,7 +38,7 @@ export function Comparison({ one, other, onClose }: { one: string; other: string
 
 function Maps({ difference }: { difference: Difference }) {
   const words = text.value.calibration;
-  // Smaller than a tenth of a micrometre is rounding, not a difference.
+  // Differences below 0.1 µm are rounding errors.
   const end_mm = niceCeiling(Math.max(1e-4, Math.abs(difference.total.max_mm)));
   const { columns, rows } = difference;
   return (

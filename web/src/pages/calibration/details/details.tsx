@@ -1,4 +1,4 @@
-/** Everything one calibration says about itself. */
+/** All results of one calibration. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { data } from "../../../api/client";
@@ -12,7 +12,7 @@ import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
 import { StageView } from "./stage_view";
 
-/** A calibration with its document, loaded once: it never changes. */
+/** Loads a calibration with its document; calibrations never change. */
 export function useCalibration(id: string) {
   const { api } = useApp();
   return useLoaded(() => data(api.GET("/api/v1/calibrations/{id}", { params: { path: { id } } })), [api, id]);

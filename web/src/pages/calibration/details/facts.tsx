@@ -1,4 +1,4 @@
-/** Figures of a calibration in a few lines. */
+/** The main values of a calibration. */
 
 import { text } from "../../../text";
 import { age, mm, px, share } from "./format";

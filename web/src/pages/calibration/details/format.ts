@@ -1,4 +1,4 @@
-/** Numbers of calibrations as people read them. */
+/** Formatting of the values of calibrations. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
@@ -23,7 +23,7 @@ export function share(value: number, digits = 3): string {
   return `${decimal(100 * value, digits, language.value)} %`;
 }
 
-/** How long ago something was, in the largest unit that fits. */
+/** Time since `at_ms`, in minutes, hours or days. */
 export function age(at_ms: number, now_ms: number): string {
   const words = text.value.calibration;
   const minutes = Math.floor((now_ms - at_ms) / 60_000);

@@ -1,6 +1,6 @@
-/** Drawing signed values over the image: one diverging scale from blue (negative) over grey to orange (positive). */
+/** Draws signed values over the image, with a diverging scale from blue (negative) over grey to orange (positive). */
 
-/** A scale end that is easy to read: 1, 2 or 5 times a power of ten, at least `largest`. */
+/** The smallest 1, 2 or 5 times a power of ten that is at least `largest`: the end of a scale. */
 export function niceCeiling(largest: number): number {
   if (!(largest > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(largest));
@@ -33,12 +33,12 @@ export function drawGrid(
     if (value == null) return;
     const [column, row] = [idx % grid.columns, Math.floor(idx / grid.columns)];
     context.fillStyle = divergingColour(value, end);
-    // Half a pixel of overlap hides the seams.
+    // Half a pixel of overlap avoids visible seams.
     context.fillRect(column * width, row * height, width + 0.5, height + 0.5);
   });
 }
 
-/** Sprinkles values over the image. */
+/** Draws values as dots over the image. */
 export function drawDots(
   canvas: HTMLCanvasElement,
   image: { width_px: number; height_px: number },
@@ -55,7 +55,7 @@ export function drawDots(
   }
 }
 
-/** Arrows from where points were seen, `factor` times enlarged. */
+/** Draws residuals as arrows from the detected points, enlarged `factor` times. */
 export function drawArrows(
   canvas: HTMLCanvasElement,
   image: { width_px: number; height_px: number },

@@ -1,4 +1,4 @@
-/** What the comparison of the three light models means, and the angles of the orders against the grating equation. */
+/** Interprets the comparison of the three light models, and computes the angles of the orders. */
 
 import { dot, type Vec3, vec3 } from "../../../scene/cloud/shapes";
 import type { CalibrationDocument, Light, ModelName, Models } from "./summary";
@@ -7,11 +7,11 @@ import type { CalibrationDocument, Light, ModelName, Models } from "./summary";
 const ALIKE_RATIO = 1.5;
 
 export type Recommendation =
-  /** Flat models miss the bend of the sheets. */
+  /** The light sheets are curved; plane models have a systematic error. */
   | { kind: "curved"; use: ModelName; worst_mm: number; best_mm: number }
-  /** All models predict alike: the simplest is enough. */
+  /** All models predict equally well: the simplest is sufficient. */
   | { kind: "alike"; use: ModelName; best_mm: number }
-  /** Free planes do better than what physics predicts: grating or laser are not what the data sheet says. */
+  /** Independent planes predict better than the grating equation: laser or grating deviate from the data sheet. */
   | { kind: "free"; use: ModelName; worst_mm: number; best_mm: number }
   /** Too few poses to compare. */
   | { kind: "unknown"; use: ModelName };
@@ -29,11 +29,11 @@ export function recommendationOf(models: Models): Recommendation {
   return { kind: use === "grating" ? "curved" : "free", use, worst_mm, best_mm };
 }
 
-/** An order's angle from order 0: as calibrated, and as the data sheet's grating would send it. */
+/** Angle of an order relative to order 0: calibrated, and nominal by the data sheet. */
 export interface OrderAngle {
   order: number;
   calibrated_deg: number;
-  /** `undefined`: the data sheet's value is not in the document. */
+  /** `undefined` if the document does not contain the nominal value. */
   nominal_deg: number | undefined;
 }
 
@@ -44,7 +44,7 @@ const cross = (a: Vec3, b: Vec3): Vec3 => [
 ];
 const DEGREES = 180 / Math.PI;
 
-/** Angle of every order from order 0, by the grating equation sin θ = sin θᵢ + m·λ/d. */
+/** Angle of every order relative to order 0, by the grating equation sin θ = sin θᵢ + m·λ/d. */
 export function orderAngles(document: CalibrationDocument): OrderAngle[] {
   const { light, orders } = document;
   if (light.model === "planes") return planeAngles(light);
@@ -59,7 +59,7 @@ export function orderAngles(document: CalibrationDocument): OrderAngle[] {
   }));
 }
 
-/** Free planes have no grating: the angles between their normals. */
+/** The planes model has no grating: angles between the plane normals. */
 function planeAngles(light: Extract<Light, { model: "planes" }>): OrderAngle[] {
   const zero = light.planes.find((plane) => plane.order === 0)?.normal;
   if (!zero) return [];

@@ -1,15 +1,15 @@
-/** A small canvas with data over the image, its scale, and the same in words. */
+/** A small canvas with data over the image, its scale, and a text alternative. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { divergingColour } from "./heat_map";
 
 interface Properties {
-  /** What it shows, with its numbers: for those who do not see it. */
+  /** Text alternative of the map, with its values. */
   label: string;
   /** Height over width. */
   aspect: number;
   draw: (canvas: HTMLCanvasElement) => void;
-  /** Drawn again when one of these changes. */
+  /** The map is redrawn when one of these changes. */
   inputs: readonly unknown[];
   /** Text in the top left corner. */
   caption?: string;
@@ -30,7 +30,7 @@ export function MapView({ label, aspect, draw, inputs, caption }: Properties) {
   );
 }
 
-/** The colours and what they mean. */
+/** The legend of the colour scale. */
 export function ScaleLegend(properties: {
   end: number;
   format: (value: number) => string;

@@ -1,4 +1,4 @@
-/** What a calibration left unexplained, over the image: laser points per order, corners of the boards. */
+/** Residuals of a calibration over the image: laser points of each order, corners of the boards. */
 
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -13,7 +13,7 @@ import { type CalibrationDocument, orderSums } from "./summary";
 
 export type Residuals = Schemas["ResidualsDto"];
 
-/** Colours reach to this multiple of the RMS: all but the rare outlier. */
+/** The colour scale ends at this multiple of the RMS, which includes all but rare outliers. */
 const SCALE_OF_RMS = 3;
 
 /** Length of a typical arrow as a share of the image's width. */

@@ -18,7 +18,7 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM, RIGHT, TOP] = [640, 220, 64, 34, 12, 12];
 export function StageView({ stage }: { stage: StageSummary }) {
   const words = text.value.calibration;
   const number = (value: number) => decimal(value, 6, language.value);
-  // Adding 0 makes the zero of −0.04 positive.
+  // Adding 0 converts −0 to 0.
   const um = (value: number) => `${decimal(Math.round(10 * value) / 10 + 0, 1, language.value)} µm`;
   return (
     <section class="stack stage-summary">

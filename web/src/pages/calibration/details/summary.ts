@@ -1,4 +1,4 @@
-/** What a calibration says about itself, and its residuals summed up by order. */
+/** Types of a calibration's results, and its residuals summarized by order. */
 
 import type { Schemas } from "../../../api/client";
 

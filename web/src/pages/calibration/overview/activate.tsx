@@ -1,4 +1,4 @@
-/** Making a calibration the active one: asked before, logged by the server. */
+/** The button that activates a calibration, with confirmation. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** What scans use now, how good it says it is, and the way back to what was before. */
+/** The active calibration with its uncertainty, and the roll-back to the previous one. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -77,7 +77,7 @@ export function ActiveCard({ active, item, activations, reload }: Properties) {
   );
 }
 
-/** What would be active after a roll-back: every roll-back cancels the activation before it that still stands. */
+/** The calibration that is active after another roll-back; each roll-back cancels the latest activation not yet cancelled. */
 export function calibrationAfterRollBack(activations: readonly Schemas["ActivationDto"][]): string | undefined {
   let rolled_back = 0;
   for (const activation of activations) {

@@ -1,4 +1,4 @@
-/** All calibrations, newest first, with what one may do with each. */
+/** All calibrations, newest first, with their actions. */
 
 import { href } from "../../../state/browser/route";
 import { language, text } from "../../../text";

@@ -1,4 +1,4 @@
-/** The three ways to a new calibration, and how far those under way are. */
+/** The three ways to a new calibration, and the progress of running ones. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -14,7 +14,7 @@ import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import { UploadButton } from "./upload_button";
 
-/** Starts a calibration and follows it to its end. */
+/** Starts a calibration and waits for its result. */
 function useCalibrating(reload: () => Promise<void>) {
   const { api, jobs } = useApp();
   const new_id = useSignal<string | undefined>(undefined);
@@ -31,7 +31,7 @@ function useCalibrating(reload: () => Promise<void>) {
 }
 
 interface Properties {
-  /** The active calibration: once a new one is it, nothing is left to say of it. */
+  /** The active calibration: the note about a new draft disappears when the draft is activated. */
   active_id: string | undefined;
   reload: () => Promise<void>;
 }

@@ -1,4 +1,4 @@
-/** The page without a session: active calibration, ways to a new one, all calibrations, the log. */
+/** The page without a session: active calibration, new calibration, list of calibrations, activation log. */
 
 import { useSignal } from "@preact/signals";
 import { data } from "../../../api/client";
@@ -17,7 +17,7 @@ import { ActiveCard } from "./active_card";
 import { CalibrationList } from "./calibration_list";
 import { NewCalibration } from "./new_calibration";
 
-/** Calibrations and activations shown; older ones are in the interface. */
+/** Number of calibrations and activations shown; older ones are available through the API. */
 const SHOWN = 50;
 
 export function Overview() {

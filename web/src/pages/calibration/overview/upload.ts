@@ -1,4 +1,4 @@
-/** Uploading an archive with progress, which `fetch` does not report. */
+/** Uploads an archive with `XMLHttpRequest`, because `fetch` does not report progress. */
 
 import { type Problem, ProblemError } from "../../../api/client";
 
@@ -7,18 +7,18 @@ const TYPES: readonly (readonly [RegExp, string])[] = [
   [/\.tar$/i, "application/x-tar"],
 ];
 
-/** The media type of an archive by its name; `undefined`: neither zip nor tar. */
+/** The media type of an archive by its file name; `undefined` if it is neither ZIP nor TAR. */
 export function archiveType(name: string): string | undefined {
   return TYPES.find(([ending]) => ending.test(name))?.[1];
 }
 
-/** How far an upload is, and the way to end it. */
+/** A running upload. */
 export interface Upload {
   done: Promise<{ id: string }>;
   cancel(): void;
 }
 
-/** Uploads `file` as a capture; `onProgress` gets the bytes sent. `broken`: message if the connection breaks. */
+/** Uploads `file` as a capture; `onProgress` gets the bytes sent. `broken`: the problem if the connection is lost. */
 export function upload(
   file: File,
   media_type: string,

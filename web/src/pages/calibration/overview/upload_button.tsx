@@ -1,4 +1,4 @@
-/** Choosing an archive, sending it with progress, calibrating from it. */
+/** Selects an archive, uploads it with progress, and calibrates from it. */
 
 import { useSignal } from "@preact/signals";
 import { useId, useMemo } from "preact/hooks";
@@ -10,7 +10,7 @@ import { bytes } from "../../../units";
 import { archiveType, type Upload, upload } from "./upload";
 
 interface Properties {
-  /** The server has checked and kept the capture; resolves when it is calibrated. */
+  /** Called when the server has checked and stored the capture; resolves when the calibration is done. */
   onUploaded: (capture_id: string, accepted: () => void) => Promise<void>;
 }
 
@@ -63,7 +63,7 @@ export function UploadButton({ onUploaded }: Properties) {
           disabled={send.running}
           onChange={(event) => {
             const file = event.currentTarget.files?.[0];
-            // The same file may be chosen again after it was mended.
+            // Reset, so that the same file can be selected again after it was corrected.
             event.currentTarget.value = "";
             if (file) void send.start(file);
           }}

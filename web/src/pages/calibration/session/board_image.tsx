@@ -8,10 +8,10 @@ import { text } from "../../../text";
 import type { LiveBoard } from "./live_board";
 import type { Corner } from "./session_state";
 
-/** A hand-held board needs no thirty images per second, and half the resolution is sufficient. */
+/** For a hand-held board, 15 images per second at half the resolution are sufficient. */
 const WANTED = { stream: "image", max_rate_hz: 15, scale: 2 } as const;
 
-/** Colour of the corners: seen well on black, white and grey squares. */
+/** Colour of the corners: visible on black, white and grey squares. */
 const CORNER_COLOUR = "#F0E442";
 
 export function BoardImage({ board }: { board: LiveBoard }) {
@@ -35,7 +35,7 @@ export function BoardImage({ board }: { board: LiveBoard }) {
       image.dispose();
     };
   }, [board]);
-  // An image that stands still while nothing is live would be taken for the board as it is now.
+  // Without the live view an old image could be mistaken for the current one.
   const runs = board.runs;
   useEffect(() => {
     if (!runs) shown.current?.clear();

@@ -1,4 +1,4 @@
-/** What the newest detection at the board says, in one line that does not jump. */
+/** The result of the newest detection, in a line of constant height. */
 
 import { text } from "../../../text";
 import { degrees, mm, px, share } from "../details/format";

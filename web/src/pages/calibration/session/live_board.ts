@@ -1,7 +1,8 @@
 /**
- * The live image of the wizard, and what the server sees of the board in it.
+ * The live image of the wizard, and the board detected in it by the server.
  *
- * Owns the loop of detections: one at a time, a pause after each, none while an image is taken or the page is hidden.
+ * Runs the detection loop: one request at a time, a pause after each, none while an image is captured or the page is
+ * hidden.
  */
 
 import { signal } from "@preact/signals";
@@ -13,15 +14,15 @@ import { Stillness } from "./stillness";
 /** Pause between two detections: four per second are enough for a hand-held board and keep the load low. */
 const PAUSE_MS = 200;
 
-/** Pause after a detection that was refused. */
+/** Pause after a failed detection. */
 const PAUSE_AFTER_REFUSAL_MS = 1000;
 
 export class LiveBoard {
   readonly detection = signal<Detection | undefined>(undefined);
   readonly problem = signal<Problem | undefined>(undefined);
-  /** For how long the board has been still, ms. */
+  /** Time for which the board has been still, ms. */
   readonly still_ms = signal(0);
-  /** An image is being taken: detections wait. */
+  /** Set while an image is captured: detection is paused. */
   paused = false;
   private readonly stillness = new Stillness();
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -40,12 +41,12 @@ export class LiveBoard {
     return this.app.station.status.value?.state === "Operational.ContinuousExecution";
   }
 
-  /** Begins to detection, as soon as and as long as the live view runs. */
+  /** Starts the detection loop, which is active while the live view runs. */
   startDetection(): void {
     this.timer = setTimeout(() => void this.detectOnce(), 0);
   }
 
-  /** Shows the board by ordinary light, exposed as the session's images will be. */
+  /** Starts the live view with the laser off, at the exposure of the session's board images. */
   async start(): Promise<void> {
     const { api, control } = this.app;
     await control.ensure();
@@ -54,7 +55,7 @@ export class LiveBoard {
     await data(api.PUT("/api/v1/station/live", { params, body: { running: true, laser_power: 0 } }));
   }
 
-  /** Ends the live view and leaves the camera's exposure as it was. */
+  /** Ends the live view and restores the previous exposure. */
   async stop(): Promise<void> {
     const { api, control } = this.app;
     this.clear();
@@ -65,7 +66,7 @@ export class LiveBoard {
     this.exposure_before_us = undefined;
   }
 
-  /** Resets the detection: the board was moved intentionally. */
+  /** Resets the detection after the board was moved. */
   clear(): void {
     this.detection.value = undefined;
     this.still_ms.value = 0;
@@ -83,7 +84,7 @@ export class LiveBoard {
     if (this.runs && !this.paused && !document.hidden) {
       try {
         const detection = await detectBoard(this.app.api, this.session.id);
-        // Stopped, or an image begun, while the answer was under way.
+        // Ignore the response if the loop was stopped or a capture started in the meantime.
         if (this.ended) return;
         if (this.runs && !this.paused) this.take(detection);
         this.problem.value = undefined;
@@ -106,7 +107,7 @@ async function detectBoard(api: Api, id: string): Promise<Detection> {
   return await data(api.POST("/api/v1/calibration-sessions/{id}/detect-board", { params: { path: { id } } }));
 }
 
-/** Sets the exposure; answers what it was before. */
+/** Sets the exposure; returns the previous one. */
 async function expose({ api, control }: App, exposure_us: number): Promise<number> {
   const seen = await api.GET("/api/v1/devices/camera/settings");
   const before_us = (await data(Promise.resolve(seen))).exposure_us;

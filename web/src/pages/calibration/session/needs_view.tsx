@@ -1,4 +1,4 @@
-/** What is still missing: coverage of the image, number, tilt and distance of boards. */
+/** The requirements on the board images: number, coverage, tilt, distance. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
@@ -77,7 +77,7 @@ function NeedLine(properties: {
   );
 }
 
-/** The image in cells; a cell fills when a board was seen there. */
+/** The cells of the image; a cell is covered when a board was detected in it. */
 function CoverageMap({ covered, now }: { covered: ReadonlySet<number>; now: ReadonlySet<number> }) {
   const words = text.value.calibration;
   const { columns, rows } = COVERAGE;
@@ -98,14 +98,14 @@ function CoverageMap({ covered, now }: { covered: ReadonlySet<number>; now: Read
 interface BarProperties {
   from: number;
   to: number;
-  /** Where values are wanted. */
+  /** The target range. */
   wanted: readonly [number, number];
   values: readonly number[];
   now: number | undefined;
   format: (value: number) => string;
 }
 
-/** A scale with the wanted range, a tick per image, and a marker for the board now. */
+/** A scale with the target range, a tick per image, and a marker for the current board. */
 function Bar({ from, to, wanted, values, now, format }: BarProperties) {
   const words = text.value.calibration;
   const at = (value: number) => `${(100 * (Math.min(to, Math.max(from, value)) - from)) / (to - from)}%`;
@@ -132,7 +132,7 @@ function DistanceBar(properties: { values_mm: readonly number[]; want_mm: number
   const known = now === undefined ? values_mm : [...values_mm, now];
   if (known.length === 0) return null;
   const middle = known.reduce((sum, value) => sum + value, 0) / known.length;
-  // The spread that is wanted around the middle fills half of the scale.
+  // The required spread around the mean fills half of the scale.
   const half_mm = Math.max(want_mm, ...known.map((value) => 1.1 * Math.abs(value - middle)), 1);
   return (
     <Bar

@@ -15,7 +15,7 @@ export function draftFrom({ target, projector }: Schemas["SessionDefaultsDto"]):
   return { target, ...projector };
 }
 
-/** Reads orders as a person writes them, with any minus sign; `undefined`: that is no list of whole numbers. */
+/** Parses a list of orders with any minus sign; `undefined` if it is not a list of whole numbers. */
 export function ordersFrom(text: string): number[] | undefined {
   const parts = text
     .replace(/[−–]/g, "-")

@@ -1,4 +1,4 @@
-/** The virtual operator of the simulated station: holds the board as a person would. */
+/** The virtual operator of the simulated station, which holds the board. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -13,13 +13,13 @@ import { text } from "../../../text";
 /** Number of poses of the virtual operator; enough for any calibration. */
 const N_POSES = 12;
 
-/** The stage must have come to rest before the board is held over it. */
+/** Longest wait for the stage to stop before the board is held over it, ms. */
 const STAGE_REST_MS = 20_000;
 
 export function OperatorPanel({ n_captured, onMoved }: { n_captured: number; onMoved: () => void }) {
   const app = useApp();
   const words = text.value.calibration;
-  // The next pose that was not taken yet, counted from 1 as people do.
+  // The next pose without an image, counted from 1.
   const pose = useSignal(Math.min(N_POSES, n_captured + 1));
   const held = useSignal<number | undefined>(undefined);
   const hold = useMemo(
@@ -70,7 +70,7 @@ export function OperatorPanel({ n_captured, onMoved }: { n_captured: number; onM
   );
 }
 
-/** The board on the stage, for stage views. */
+/** The virtual operator in the step “Stage”: places the board on the stage. */
 export function StageOperatorPanel() {
   const app = useApp();
   const words = text.value.calibration;
@@ -95,12 +95,12 @@ export function StageOperatorPanel() {
   );
 }
 
-/** Where the virtual operator holds the board. */
+/** Tells the virtual operator where to hold the board. */
 export async function placeBoard({ api }: App, board: Schemas["VirtualBoardDto"]): Promise<void> {
   await data(api.PUT("/api/v1/simulation/board", { body: board }));
 }
 
-/** The poses of the twin are meant for the stage at 0. */
+/** Moves the stage to 0, for which the poses of the simulated station are defined. */
 async function moveStageToZero({ api, control, station }: App): Promise<void> {
   if (station.position.peek() === 0) return;
   await control.ensure();

@@ -1,4 +1,4 @@
-/** The images taken so far, each with what was found in it, and the way to take it again. */
+/** The images captured so far, with the detected points, and a button that deletes each. */
 
 import { useMemo, useRef } from "preact/hooks";
 import { data, type Schemas } from "../../../api/client";
@@ -11,7 +11,7 @@ import type { Change } from "./session_change";
 import { SessionImage } from "./session_image";
 import type { Session } from "./session_state";
 
-/** An image whose RMS is so many times the session's stands out. */
+/** An image is marked as an outlier if its RMS exceeds that of the session by this factor. */
 const OUTLIER_RATIO = 2.5;
 
 export function PosesView({ session, change }: { session: Session; change: Change }) {

@@ -1,4 +1,4 @@
-/** Changes of a session that may be open in several browsers: only possible from its newest version. */
+/** Changes of a session that may be open in several browsers, with a check for concurrent changes. */
 
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
@@ -6,7 +6,7 @@ import { type Problem, ProblemError } from "../../../api/client";
 import { text } from "../../../text";
 import type { Session } from "./session_state";
 
-/** Carries out a change of the version this page has seen; answers whether it was made. */
+/** Makes a change based on the version this page has loaded; returns whether it was accepted. */
 export type Change = (act: (if_match: string) => Promise<Session>) => Promise<boolean>;
 
 const CHANGED = 412;

@@ -1,10 +1,10 @@
-/** An image of a session with what was found in it drawn over. */
+/** An image of a session with the detected points drawn over it. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { orderColour } from "../../../theme";
 import type { Session } from "./session_state";
 
-/** Column and row of the image, and the order; without order the dot is yellow. */
+/** Column, row and order of a point; without an order the dot is yellow. */
 export type Dot = readonly [u: number, v: number, order: number | undefined];
 
 interface Properties {
@@ -14,7 +14,7 @@ interface Properties {
   dots: readonly Dot[];
 }
 
-/** Seen well on black, white and grey squares, and no order's. */
+/** Visible on black, white and grey squares, and different from the colours of the orders. */
 const NO_ORDER_COLOUR = "#F0E442";
 
 /** Size of a dot, px of the canvas. */

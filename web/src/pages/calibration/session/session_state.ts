@@ -1,4 +1,4 @@
-/** Where a calibration session stands: everything here is read from the session itself, so all browsers agree. */
+/** The progress of a calibration session, derived from the session alone, so that all browsers agree. */
 
 import type { Job, Schemas } from "../../../api/client";
 import { hasEnded } from "../../../state/records/jobs";
@@ -10,10 +10,10 @@ export type Corner = Detection["corners"][number];
 export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
 export type Step = (typeof STEPS)[number];
 
-/** Columns and rows of the coverage map, as the server counts its cells. */
+/** Columns and rows of the coverage map, as defined by the server. */
 export const COVERAGE = { columns: 8, rows: 6 } as const;
 
-/** Fewest readable boards that the server takes. */
+/** Minimum number of images with a detected board that the server accepts. */
 export const FEWEST_BOARDS = 3;
 
 export type Need = Schemas["RequirementDto"];
@@ -23,11 +23,11 @@ export interface Needs {
   cells: Need;
   tilt: Need & { wanted_deg: number; values_deg: readonly number[] };
   distance: Need & { values_mm: readonly number[] };
-  /** Whether nothing is missing for the camera. */
+  /** Whether all requirements of the camera are met. */
   all: boolean;
 }
 
-/** The requirements of the session from the server, with the values to draw. */
+/** The requirements of the session from the server, with the values to display. */
 export function needsOf({ needs, body }: Session): Needs {
   const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
   const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
@@ -41,22 +41,22 @@ export function needsOf({ needs, body }: Session): Needs {
   };
 }
 
-/** Readable boards at rest. */
+/** Number of images with a detected board. */
 export function readableBoards(session: Session): number {
   return session.body.poses.filter((pose) => pose.board.corners.length > 0).length;
 }
 
-/** Cells that any board of the session covers. */
+/** Cells covered by any board of the session. */
 export function coveredCells(session: Session): ReadonlySet<number> {
   return new Set(session.body.poses.flatMap((pose) => pose.board.coverage_cells));
 }
 
-/** The calibration that the session's job made. */
+/** The calibration created by the session's job. */
 export function calibrationOf(job: Job | undefined): string | undefined {
   return job?.state === "succeeded" ? (job.result?.id ?? undefined) : undefined;
 }
 
-/** Where the session stands: the step that has work to do. `verified`: whether a known part was measured with it. */
+/** The current step of the session. `verified`: whether the newest verification is OK. */
 export function stepOf(session: Session | undefined, job: Job | undefined, verified: boolean): Step {
   if (!session) return "check";
   if (calibrationOf(job) !== undefined) return verified ? "finish" : "verify";
@@ -65,7 +65,7 @@ export function stepOf(session: Session | undefined, job: Job | undefined, verif
   return needsOf(session).all ? "light" : "camera";
 }
 
-/** What a step's place in the list says. */
+/** Whether a step is done. */
 export function isDone(
   step: Step,
   session: Session | undefined,

@@ -8,10 +8,10 @@ export const STILL_PX = 0.7;
 /** Time for which the board must be still, so that a hand-held board settles. */
 export const STILL_FOR_MS = 1000;
 
-/** A board whose corners are nearer than this to those of an image taken before shows nothing new; share of width. */
+/** A pose is known if the mean distance of its corners from those of an earlier image is below this share of the width. */
 const NEW_POSE_SHARE = 0.03;
 
-/** Mean distance of corners that both have, px; infinite if they have none in common. */
+/** Mean distance of the common corners, px; infinite if there are none. */
 export function meanDistance(a: readonly Corner[], b: readonly Corner[]): number {
   const places = new Map(b.map(([column, row, u, v]) => [`${column},${row}`, [u, v] as const]));
   let [sum, n] = [0, 0];
@@ -24,22 +24,22 @@ export function meanDistance(a: readonly Corner[], b: readonly Corner[]): number
   return n === 0 ? Number.POSITIVE_INFINITY : sum / n;
 }
 
-/** Whether an image was taken of the board in this place already. */
+/** Whether there is already an image of this pose. */
 export function isKnownPose(detection: Detection, session: Session): boolean {
   return session.body.poses.some((pose) => isAtPose(detection, pose.board.corners));
 }
 
-/** Whether the board is where these corners were. */
+/** Whether the board is at the pose of these corners. */
 export function isAtPose(detection: Detection, corners: readonly Corner[]): boolean {
   return meanDistance(detection.corners, corners) < NEW_POSE_SHARE * detection.width_px;
 }
 
-/** Follows detections and returns how long the board has been still. */
+/** Determines from successive detections how long the board has been still. */
 export class Stillness {
   private last: Detection | undefined;
   private since_ms = 0;
 
-  /** Takes the next detection; answers for how long the board has been still, ms. */
+  /** Processes the next detection; returns how long the board has been still, ms. */
   follow(detection: Detection): number {
     const moved_px = this.last ? meanDistance(detection.corners, this.last.corners) : Number.POSITIVE_INFINITY;
     if (detection.corners.length === 0 || moved_px > STILL_PX) this.since_ms = detection.captured_ms;

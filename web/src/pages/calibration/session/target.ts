@@ -1,4 +1,4 @@
-/** The kinds of calibration boards: how many points each shows, and what a form begins with. */
+/** The kinds of calibration boards, with their numbers of points and their default dimensions. */
 
 import type { Schemas } from "../../../api/client";
 
@@ -7,7 +7,7 @@ export type TargetKind = Target["kind"];
 
 export const TARGET_KINDS: readonly TargetKind[] = ["chessboard", "charuco", "circles", "asymmetric_circles"];
 
-/** Corners or centres of discs on the whole board. */
+/** Number of corners or circle centres on the board. */
 export function pointsOf(target: Target): number {
   switch (target.kind) {
     case "chessboard":
@@ -19,19 +19,19 @@ export function pointsOf(target: Target): number {
   }
 }
 
-/** Sides of a square, or steps of a grid, along a row and along a column, mm. */
+/** Square size or centre spacing along a row and along a column, mm. */
 export function sidesOf({ square_mm }: Target): [number, number] {
   if (typeof square_mm === "number") return [square_mm, square_mm];
   const [along_row = 0, along_column = along_row] = square_mm;
   return [along_row, along_column];
 }
 
-/** The board with other sides. */
+/** The board with another square size or spacing. */
 export function withSides(target: Target, [along_row, along_column]: [number, number]): Target {
   return { ...target, square_mm: along_row === along_column ? along_row : [along_row, along_column] };
 }
 
-/** A board of another kind with the same sides: the one that `sheaf target` prints unless asked for another. */
+/** A board of another kind with the same square size or spacing, and the defaults of `sheaf target`. */
 export function ofKind(kind: TargetKind, target: Target): Target {
   const { square_mm } = target;
   const side_mm = Math.min(...sidesOf(target));

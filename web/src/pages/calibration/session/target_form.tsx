@@ -1,4 +1,4 @@
-/** A calibration board in words, and the form that describes one. */
+/** The description of a calibration board, and the form to enter one. */
 
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
@@ -6,7 +6,7 @@ import { language, text } from "../../../text";
 import { decimal } from "../../../units";
 import { ofKind, sidesOf, TARGET_KINDS, type Target, type TargetKind, withSides } from "./target";
 
-/** What a session's board is. */
+/** The board of a session. */
 export function TargetFacts({ target }: { target: Target }) {
   const words = text.value.calibration.targets[target.kind];
   const number = (value: number) => decimal(value, 3, language.value);
@@ -44,7 +44,7 @@ interface Properties {
   onChange: (target: Target) => void;
 }
 
-/** Describes a board of any kind. */
+/** Form fields for a board of any kind. */
 export function TargetFields({ form, target, onChange }: Properties) {
   const words = text.value.calibration;
   const of_kind = words.targets[target.kind];

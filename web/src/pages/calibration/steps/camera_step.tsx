@@ -1,4 +1,4 @@
-/** Boards before the camera: live corners, what is missing, images by themselves when the board is still. */
+/** Captures images of the board: live detection, requirements, auto-capture when the board is still. */
 
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../../api/client";
@@ -25,7 +25,7 @@ import {
 import { isAtPose, isKnownPose, STILL_FOR_MS } from "../session/stillness";
 import { goToStep, type StepProperties } from "./wizard";
 
-/** Whether images are taken by themselves. */
+/** Whether auto-capture is on. */
 const auto_capture = remembered("calibration.auto", true);
 
 export function CameraStep({ session, change }: StepProperties) {
@@ -55,7 +55,7 @@ export function CameraStep({ session, change }: StepProperties) {
             return data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params: { path: { id }, header } }));
           });
           board.clear();
-          // Taking the image has ended the live view.
+          // Capturing the image has ended the live view.
           await board.start();
         } finally {
           board.paused = false;

@@ -1,4 +1,4 @@
-/** Before the first image: is the station ready, what board, what light. */
+/** Before the first image: state of the station, board, laser and grating. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -18,7 +18,7 @@ import { type Draft, draftFrom, ordersFrom } from "../session/new_session";
 import { TargetFacts, TargetFields } from "../session/target_form";
 import { goToStep, type StepProperties } from "./wizard";
 
-/** The state of the devices, one line each. */
+/** The state of each device. */
 export function StationFacts() {
   const { station } = useApp();
   const words = text.value.calibration;
@@ -42,7 +42,7 @@ export function StationFacts() {
   );
 }
 
-/** The step in a session that was begun: what it was begun with. */
+/** The step in an existing session: its settings, read-only. */
 export function StationCheck({ session }: StepProperties) {
   const words = text.value.calibration;
   const { target, projector } = session.body;
@@ -84,7 +84,7 @@ export function StationCheck({ session }: StepProperties) {
   );
 }
 
-/** The step without a session: a form that begins one. */
+/** The form that starts a new session. */
 export function NewSession() {
   const { api } = useApp();
   const words = text.value.calibration;

@@ -1,4 +1,4 @@
-/** Report, difference to what is active, and the decision. */
+/** Report, difference to the active calibration, and activation. */
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -36,7 +36,7 @@ function Decision({ id }: { id: string }) {
     <Show of={state}>
       {({ calibration, active }) => {
         const active_id = active.calibration_id ?? undefined;
-        // After activation the interesting difference is to what was active before.
+        // After activation, compare with the previously active calibration.
         const before = active_id === id ? (active.previous_id ?? undefined) : active_id;
         return (
           <>

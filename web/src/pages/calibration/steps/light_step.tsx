@@ -1,4 +1,4 @@
-/** The laser images of the poses; after solving, residuals, models and angles. */
+/** The laser images of the poses; once computed, the models, angles and residuals. */
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -50,12 +50,12 @@ function Solved({ session, id }: { session: Session; id: string }) {
   );
 }
 
-/** Laser images; with residuals, their points in the colours of their orders. */
+/** The laser images; with residuals, the points are drawn in the colours of their orders. */
 function Lines({ session, residuals }: { session: Session; residuals?: Residuals | undefined }) {
   const words = text.value.calibration;
   const { poses } = session.body;
   if (poses.length === 0) return <p class="note">{words.light_none}</p>;
-  // A calibration counts the poses whose board was readable.
+  // Poses of a calibration are numbered without those whose board was not detected.
   let n_readable = 0;
   const numbered = poses.map((pose, idx) => ({
     pose,

@@ -1,4 +1,4 @@
-/** Calculating the calibration from the session's images. */
+/** Computes the calibration from the session's images. */
 
 import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../../api/client";

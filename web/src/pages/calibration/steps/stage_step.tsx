@@ -1,4 +1,4 @@
-/** The board carried by the stage, and the calculation of everything. */
+/** Captures the board on the stage at several positions, and computes the calibration. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo, useRef } from "preact/hooks";
@@ -22,10 +22,10 @@ import type { Session } from "../session/session_state";
 import { Solve } from "./solve";
 import type { StepProperties } from "./wizard";
 
-/** Positions captured automatically, mm around the middle of the travel: five also show the straightness. */
+/** Positions captured automatically, mm from the middle of the travel; five also show the straightness. */
 const POSITIONS_MM = [-20, -10, 0, 10, 20];
 
-/** The same on a turntable: angles at which a board that faces the camera is still seen well. */
+/** Angles captured automatically on a turntable; at larger ones the board is not detected reliably. */
 const ANGLES_DEG = [-30, -20, -10, 0, 10, 20, 30];
 
 export function StageStep(properties: StepProperties) {

@@ -1,4 +1,4 @@
-/** Comparisons of a calibration with parts of known size: jobs, found again by what they were asked. */
+/** Verifications of a calibration on reference parts, found in the list of jobs. */
 
 import type { Job, Schemas } from "../../../api/client";
 
@@ -9,7 +9,7 @@ export interface Verification {
   tolerance_mm: number | undefined;
 }
 
-/** Whether the newest verification, of jobs newest first, was judged OK. `scans`: those the verifications made. */
+/** Whether the newest verification is OK. `verifications`: newest first; `scans`: those of the verifications. */
 export function isVerified(
   verifications: readonly Verification[],
   scans: readonly Pick<Schemas["ScanDto"], "job_id" | "verdict">[],
@@ -28,7 +28,7 @@ export function verificationsOf(jobs: readonly Job[], calibration_id: string): V
   });
 }
 
-/** Scan and measurement that a verification made. */
+/** Scan and measurement of a verification. */
 export function measurementOf(job: Job): { scan_id: string; measurement_id: string } | undefined {
   const [scan_id, measurement_id] = job.result?.id.split("/") ?? [];
   return scan_id && measurement_id ? { scan_id, measurement_id } : undefined;

@@ -1,4 +1,4 @@
-/** A part of known size, scanned with the new calibration: true against measured. */
+/** Scans a reference part with the new calibration and compares the measured with the reference value. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -22,7 +22,7 @@ import { goToStep, type StepProperties } from "./wizard";
 
 type ReferencePart = Schemas["ReferencePartDto"];
 
-/** Sizes of the parts that come with the simulated station; a person overwrites them. */
+/** Default reference values: sizes of the parts of the simulated station. */
 const NOMINAL_MM: Record<ReferencePart, number> = { gauge: 8.9, sphere: 18.9 };
 
 const FIRST_TOLERANCE_MM = 0.1;
@@ -70,7 +70,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
-        // The session continues with its last step once this has succeeded; the outcome is shown first.
+        // A successful verification moves the session to its last step; stay on this one to show the result.
         goToStep(session_id, "verify");
         const job = await data(
           api.POST("/api/v1/verifications", {

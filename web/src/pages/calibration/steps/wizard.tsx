@@ -1,4 +1,4 @@
-/** A calibration step by step. Everything stands in the session on the server; this page only shows where it is. */
+/** The calibration wizard. All progress is stored in the session on the server. */
 
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
@@ -19,20 +19,20 @@ import { StageStep } from "./stage_step";
 import { isVerified, type Verification, verificationsOf } from "./verifications";
 import { VerifyStep } from "./verify_step";
 
-/** What every step is given. */
+/** Properties of every step. */
 export interface StepProperties {
   session: Session;
-  /** The job that was started to solve it. */
+  /** The job that computes the calibration. */
   job: Job | undefined;
-  /** The calibration it made. */
+  /** The calibration created by the job. */
   calibration_id: string | undefined;
   verifications: readonly Verification[];
-  /** Changes the session, if nobody else has changed it meanwhile. */
+  /** Changes the session unless someone else has changed it in the meantime. */
   change: Change;
   reload: () => Promise<void>;
 }
 
-/** Jobs looked through for verifications. */
+/** Number of newest jobs searched for verifications. */
 const JOBS_SEEN = 200;
 
 export function Wizard({ id }: { id: string }) {
@@ -68,7 +68,7 @@ export function Wizard({ id }: { id: string }) {
       <p class="muted">{text.value.frame.loading}</p>
     );
   }
-  // The stream sends progress before the next event.
+  // The job stream is more recent than the loaded job.
   const job = value.job && (jobs.get(value.job.id) ?? value.job);
   const { verified } = value;
   const step = chosenStep() ?? stepOf(session, job, verified);
@@ -109,7 +109,7 @@ const STEP_VIEWS: Record<Step, (properties: StepProperties) => ComponentChildren
   finish: FinishStep,
 };
 
-/** The step that the address names; without one, the session's content says where it is. */
+/** The step given in the URL, if any; otherwise the step follows from the session. */
 function chosenStep(): Step | undefined {
   const named = route.value.query.get("step");
   return STEPS.find((step) => step === named);

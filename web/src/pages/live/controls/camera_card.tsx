@@ -1,4 +1,4 @@
-/** Exposure, gain and frame rate, with the histogram that says whether they are right. */
+/** Exposure, gain and frame rate, with the histogram and an advice on the exposure. */
 
 import type { RefObject } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
@@ -68,7 +68,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
   const settings = useMemo(() => new CameraSettings(api, control), [api, control]);
   const camera = station.status.value?.camera;
   const reported = camera && JSON.stringify(camera.settings);
-  // Somebody else may set the camera: what is shown follows, what is being typed stays.
+  // Someone else may change the settings: displayed values follow, input is kept.
   useEffect(() => void settings.follow(), [settings, reported]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
@@ -81,7 +81,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
       class="stack camera-settings"
       aria-label={words.exposure}
       onKeyDown={(event) => {
-        // The field has applied its input before this event.
+        // The field has committed its input before this event.
         const applicable = settings.changed.peek() && !blocked && !form.blocked.peek();
         if (event.key === "Enter" && event.target instanceof HTMLInputElement && applicable) {
           void settings.apply.start();

@@ -1,25 +1,25 @@
-/** The camera's settings as a person edits them: read with their version, changed only if nobody else did meanwhile. */
+/** Editing of the camera settings: read with their version, and changed only if no one else has changed them. */
 
 import { computed, signal } from "@preact/signals";
 import { type Api, data, type Problem, ProblemError, problemOf, type Schemas } from "../../../api/client";
 import { Command } from "../../../state/station/command";
 import type { Control } from "../../../state/station/control";
 
-/** What this page lets a person set; exposure in µs, gain in dB, frame rate in Hz. */
+/** The settings that can be edited on this page. */
 export interface Draft {
   exposure_us?: number | undefined;
   gain_db?: number | undefined;
   frame_rate_hz?: number | undefined;
 }
 
-/** What is sent: only what differs. */
+/** The changed settings, the only ones sent. */
 type Change = { [Name in keyof Draft]?: number };
 
-/** HTTP's status for a version that is no longer the newest. */
+/** HTTP status if the version is outdated. */
 const PRECONDITION_FAILED = 412;
 
 export class CameraSettings {
-  /** What became of the last change. */
+  /** The result of the last change. */
   readonly note = signal<"none" | "accepted" | "changed_meanwhile">("none");
   /** Why the settings could not be read. */
   readonly problem = signal<Problem | undefined>(undefined);
@@ -31,7 +31,7 @@ export class CameraSettings {
     private readonly control: Control,
   ) {}
 
-  /** The settings with what was typed over them. */
+  /** The settings with unsaved input. */
   readonly draft = computed<Draft>(() => {
     const settings = this.read.value?.settings;
     return {
@@ -42,10 +42,10 @@ export class CameraSettings {
     };
   });
 
-  /** Whether something was typed that differs from the settings. */
+  /** Whether the input differs from the settings. */
   readonly changed = computed(() => Object.keys(this.difference(this.typed.value)).length > 0);
 
-  /** Sends what was typed; shows what the camera accepted. */
+  /** Sends the input; shows the values accepted by the camera. */
   readonly apply = new Command(async () => {
     await this.control.ensure();
     const { api, control } = this;
@@ -63,13 +63,13 @@ export class CameraSettings {
     }
   });
 
-  /** Takes over what a person typed. */
+  /** Adds input to the draft. */
   draw(change: Draft): void {
     this.typed.value = { ...this.typed.peek(), ...change };
     this.note.value = "none";
   }
 
-  /** Multiplies the exposure and applies it at once. */
+  /** Multiplies the exposure and applies it immediately. */
   scaleExposure(factor: number): void {
     const { exposure_us } = this.draft.peek();
     if (exposure_us === undefined) return;
@@ -77,7 +77,7 @@ export class CameraSettings {
     void this.apply.start();
   }
 
-  /** Lets the server find an exposure at which the lines of the live view are bright and not flattened. */
+  /** Auto exposure by the server: the lines of the live view become bright but not saturated. */
   readonly auto = new Command(async (steps) => {
     await this.control.ensure();
     this.discard();
@@ -93,10 +93,10 @@ export class CameraSettings {
     this.note.value = "none";
   }
 
-  /** Reloads after a possible change by someone else; a pending change updates itself. */
+  /** Reloads after a possible change by someone else; not while a change is pending. */
   async follow(): Promise<void> {
     const phase = this.apply.phase.peek();
-    // What was typed is meant for the settings that were read: the server then says that they changed.
+    // Unsaved input is based on the loaded settings; if these have changed, the server refuses it.
     if (phase === "requested" || this.changed.peek()) return;
     try {
       await this.reload();

@@ -1,6 +1,6 @@
-/** Moves the stage for as long as a button is held. The server stops it 300 ms after the last word in any case. */
+/** Jogs the stage while a button is held. The server stops the stage 300 ms after the last request in any case. */
 
-/** Well within the server's 300 ms, with room for a request that takes longer. */
+/** Repeat interval of requests, well below the server's 300 ms to allow for a slow request. */
 const REPEAT_EVERY_MS = 100;
 
 export class Jog {
@@ -8,25 +8,25 @@ export class Jog {
   private running = false;
   private wake: (() => void) | undefined;
 
-  /** `send` sends a velocity to the stage; 0 stops. `failed` gets the reason of a failure. */
+  /** `send` sends a velocity to the stage; 0 stops it. `failed` is called with the cause of a failure. */
   constructor(
     private readonly send: (velocity: number) => Promise<void>,
     private readonly failed: (cause: unknown) => void,
   ) {}
 
-  /** The button is down. */
+  /** Called when the button is pressed. */
   hold(velocity: number): void {
     this.velocity = velocity;
     if (!this.running) void this.run();
   }
 
-  /** The button is up, or the page is out of sight. */
+  /** Called when the button is released or the page is hidden. */
   release(): void {
     this.velocity = 0;
     this.wake?.();
   }
 
-  /** One request after the other, never two at once, so that none overtakes the stop. */
+  /** Sends one request after the other, so that none overtakes the stop. */
   private async run(): Promise<void> {
     this.running = true;
     try {
@@ -42,12 +42,12 @@ export class Jog {
       this.failed(cause);
     } finally {
       this.running = false;
-      // Pressed again while the stop was under way.
+      // Pressed again while the stop request was pending.
       if (this.velocity !== 0) void this.run();
     }
   }
 
-  /** Waits for the next turn, or for the button. */
+  /** Waits for the next request, or for the release of the button. */
   private async rest(rest_ms: number): Promise<void> {
     await new Promise<void>((resolve) => {
       this.wake = resolve;

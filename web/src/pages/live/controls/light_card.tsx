@@ -44,7 +44,7 @@ function LaserPower({ running, blocked }: { running: boolean; blocked: string | 
     () =>
       new Command(async () => {
         await control.ensure();
-        // The handle may have moved on while a request was under way: the last place counts.
+        // The slider may have moved while a request was pending: repeat until the last value is sent.
         for (let sent: number | undefined; sent !== wanted.peek(); ) {
           sent = wanted.peek() ?? 0;
           const params = { header: { "Sheaf-Control": control.id() ?? "" } };

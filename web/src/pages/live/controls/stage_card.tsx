@@ -112,7 +112,7 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
     held.value = 0;
     jog.release();
   };
-  // Whatever takes the button away from the finger also stops the stage.
+  // Losing the focus or hiding the page also stops the stage.
   useEffect(() => {
     addEventListener("blur", release);
     document.addEventListener("visibilitychange", release);

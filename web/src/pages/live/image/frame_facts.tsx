@@ -1,4 +1,4 @@
-/** Under the plot: which frame this is, how old, how many per second, and what was lost where. */
+/** Below the plot: frame number, display rate, age, stage position, exposure, lost and skipped frames. */
 
 import { useApp } from "../../../app";
 import { language, text } from "../../../text";

@@ -1,16 +1,16 @@
-/** How many frames per second were shown lately. */
+/** The display rate over the last seconds. */
 
 /** The time over which frames are counted. */
 const WINDOW_MS = 2000;
 
-/** More frames than a window ever holds. */
+/** More frames than ever occur in the window. */
 const KEPT = 512;
 
 export class FrameRate {
   private readonly at_ms = new Float64Array(KEPT);
   private n = 0;
 
-  /** A frame was shown. */
+  /** Counts a displayed frame. */
   count(now_ms: number): void {
     this.at_ms[this.n % KEPT] = now_ms;
     this.n += 1;
@@ -26,11 +26,11 @@ export class FrameRate {
       first_ms = at;
     }
     if (counted < 2 && this.n >= 2) return this.slowRate(now_ms);
-    // So many periods lie between the first frame and now, give or take the one that has begun.
+    // Number of frame periods from the first frame until now, counting half of the current one.
     return counted < 2 ? 0 : (1000 * (counted - 0.5)) / (now_ms - first_ms);
   }
 
-  /** From the last two frames, or from how long the next one has not come. */
+  /** From the interval of the last two frames, or from the time since the last one. */
   private slowRate(now_ms: number): number {
     const last = this.at_ms[(this.n - 1) % KEPT] ?? 0;
     const before = this.at_ms[(this.n - 2) % KEPT] ?? 0;

@@ -1,4 +1,4 @@
-/** Under the image: what lies under the pointer. */
+/** Below the image: values at the pointer. */
 
 import { language, text } from "../../../text";
 import { NO_ORDER, orderName } from "../../../theme";

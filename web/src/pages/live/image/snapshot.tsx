@@ -1,4 +1,4 @@
-/** Keeps an image: one taken now, or the frozen one. */
+/** Downloads an image: a new one, or the frozen frame. */
 
 import { useMemo } from "preact/hooks";
 import { bytes } from "../../../api/client";
@@ -21,7 +21,7 @@ export function Snapshot({ view }: { view: LiveView }) {
   return <CommandButton command={command}>{view.frozen.value ? words.save_frozen : words.snapshot}</CommandButton>;
 }
 
-/** Local time as a part of a file's name. */
+/** Local time for a file name. */
 function stamp(): string {
   const now = new Date(Date.now() - 60_000 * new Date().getTimezoneOffset());
   return now.toISOString().slice(0, 19).replace(/[:]/g, "-");

@@ -1,4 +1,4 @@
-/** Over the empty image: why there is none, and the button that starts it. */
+/** Over the empty image: why there is none, and the button that starts the live view. */
 
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";

@@ -1,4 +1,4 @@
-/** Above the image: which orders are shown, zebra, freeze. In its corner: zoom. */
+/** The toolbar of the image: visible orders, zebra, freeze; and the zoom buttons. */
 
 import { language, text } from "../../../text";
 import { NO_ORDER, orderColour, orderName } from "../../../theme";
@@ -100,7 +100,7 @@ function OrderButton({ view, order, nth }: { view: LiveView; order: number; nth:
   );
 }
 
-/** The colour of an order on the dark ground of a data view. */
+/** The colour of an order on the dark background of data views. */
 export function Swatch({ order, hollow = false }: { order: number; hollow?: boolean }) {
   return (
     <svg class="swatch" viewBox="0 0 22 14" aria-hidden="true">

@@ -1,23 +1,23 @@
-/** What the histogram of a frame says about its exposure. */
+/** Advice on the exposure from the histogram of a frame. */
 
-/** Pixels at full scale of which a highlight may have some; from here on lines are flattened. */
+/** Share of saturated pixels above which lines are saturated, not only highlights. */
 const SATURATED_FROM = 2e-4;
 
-/** The brightest pixels of a frame: so many belong to laser lines that are 3 px wide on a tenth of the columns. */
+/** Share of pixels evaluated as the brightest: that of a line 3 px wide in a tenth of the columns. */
 const BRIGHTEST = 2e-3;
 
-/** Below this share of full scale the brightest pixels drown in noise. */
+/** Share of full scale below which the brightest pixels have a poor signal-to-noise ratio. */
 const DIM_BELOW = 0.3;
 
 export interface Advice {
   kind: "over" | "under" | "good";
   /** Share of all pixels at full scale. */
   saturated: number;
-  /** How bright the brightest 0.2 % of the pixels are at least, as share of full scale. */
+  /** Minimum brightness of the brightest 0.2 % of the pixels, as a share of full scale. */
   bright: number;
 }
 
-/** Judges a histogram of equal bins up to full scale; `undefined` without pixels. */
+/** Evaluates a histogram of equal bins up to full scale; `undefined` without pixels. */
 export function adviceOf(histogram: Uint32Array, n_saturated: number): Advice | undefined {
   const n_pixels = histogram.reduce((sum, n) => sum + n, 0);
   if (n_pixels === 0) return undefined;
@@ -27,7 +27,7 @@ export function adviceOf(histogram: Uint32Array, n_saturated: number): Advice | 
   return { kind, saturated, bright };
 }
 
-/** The middle of the bin down to which the brightest `n` pixels reach, as share of full scale. */
+/** Centre of the darkest bin among the brightest `n` pixels, as a share of full scale. */
 function levelOfBrightest(histogram: Uint32Array, n: number): number {
   let brighter = 0;
   for (let bin = histogram.length - 1; bin >= 0; bin--) {

@@ -1,6 +1,6 @@
 /** Draws the histogram of a frame: 64 grey levels, counts on a logarithmic scale. */
 
-/** The bin of full scale is marked when it holds something: that is what is abnormal. */
+/** Colour of the full-scale bin if it is not empty: saturation is abnormal. */
 const FULL_SCALE_COLOUR = "#ff6b5e";
 const BAR_COLOUR = "#b9c0c7";
 const GRID_COLOUR = "#39414a";

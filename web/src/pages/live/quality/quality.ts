@@ -1,39 +1,39 @@
-/** How good the lines of a frame are, order by order. */
+/** Quality of the lines of a frame for each order. */
 
 import type { Greys } from "../../../scene/image/camera_image";
 import { runAlongU } from "../../../scene/image/centreline_layer";
 import type { ImageMessage, OrderRange, ProfileMessage } from "../../../stream/protocol";
 import { NO_ORDER } from "../../../theme";
 
-/** Neighbouring points that are compared with a straight piece. */
+/** Number of neighbouring points to which a straight line is fitted. */
 export const SEGMENT_POINTS = 21;
 
-/** Grey levels from here on are full scale; a JPEG rounds. */
+/** Grey levels from here on count as full scale, because JPEG rounds. */
 const FULL_SCALE_GREY = 253;
 
 export interface OrderQuality {
   order: number;
   n_points: number;
-  /** Share of the frame's columns (rows, where lines run along columns) in which the order was seen. */
+  /** Share of the columns (rows, if lines run along columns) in which the order was detected. */
   coverage: number;
   /** Median grey level at the centre, 0–255. */
   grey: number | undefined;
   /** Share of points whose centre is at full scale. */
   saturated: number | undefined;
-  /** Median σ of its points, mm; without calibration unknown. */
+  /** Median σ of its points, mm; undefined without a calibration. */
   sigma_mm: number | undefined;
-  /** RMS deviation of z from straight pieces of `SEGMENT_POINTS` neighbouring points, mm. */
+  /** RMS deviation of z from straight lines through `SEGMENT_POINTS` neighbouring points, mm. */
   scatter_mm: number | undefined;
 }
 
-/** All orders that a frame shows, in their order. */
+/** Quality of all orders in a frame, in ascending order. */
 export function qualityOf(
   image: ImageMessage,
   profile: ProfileMessage | undefined,
   greys?: Greys,
 ): OrderQuality[] {
   const orders = [...new Set(image.lines.map((line) => line.order))].sort((a, b) => a - b);
-  // Lines without an order stand behind those that have one.
+  // Lines without an order come last.
   if (orders[0] === NO_ORDER) orders.push(...orders.splice(0, 1));
   return orders.map((order) => {
     const range = profile?.orders.find((row) => row.order === order);
@@ -74,14 +74,14 @@ function seenInImage(image: ImageMessage, order: number, greys: Greys | undefine
   };
 }
 
-/** Grey level 0–255 at a position of the frame; `greys` are those of its image. */
+/** Grey level 0–255 at a position of the frame. */
 export function greyAt(greys: Greys, image: ImageMessage, u_px: number, v_px: number): number | undefined {
   const [column, row] = [Math.floor(Math.round(u_px) / image.scale), Math.floor(Math.round(v_px) / image.scale)];
   if (column < 0 || row < 0 || column >= greys.width || row >= greys.height) return undefined;
   return greys.data[4 * (row * greys.width + column)];
 }
 
-/** The middle value; sorts `values`. */
+/** The median; sorts `values` in place. */
 function median(values: Float32Array): number | undefined {
   if (values.length === 0) return undefined;
   values.sort();
@@ -91,8 +91,8 @@ function median(values: Float32Array): number | undefined {
 }
 
 /**
- * RMS of z about the best straight line through each `SEGMENT_POINTS` neighbouring points (two degrees of freedom a
- * piece are taken off); `undefined` where no piece is without gapIn. Curvature and texture of the part count too.
+ * RMS deviation of z from straight lines fitted to segments of `SEGMENT_POINTS` neighbouring points, with two degrees of
+ * freedom subtracted per segment; `undefined` if no segment is without a gap. Includes curvature and texture of the part.
  */
 export function scatter(profile: ProfileMessage, range: OrderRange): number | undefined {
   const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
@@ -111,7 +111,7 @@ export function scatter(profile: ProfileMessage, range: OrderRange): number | un
   return freedom > 0 ? Math.sqrt(squares / freedom) : undefined;
 }
 
-/** End of the contiguous piece that begins at `start`. */
+/** Index after the first gap in the segment that begins at `start`; `undefined` if it has none. */
 function gapIn(profile: ProfileMessage, start: number): number | undefined {
   const axis = profile.along === "x" ? 0 : 1;
   for (let idx = start + 1; idx < start + SEGMENT_POINTS; idx++) {

@@ -1,4 +1,4 @@
-/** How good the lines of the shown frame are, order by order. */
+/** Table of the quality of the lines in the displayed frame, for each order. */
 
 import { language, text } from "../../../text";
 import { NO_ORDER, orderName } from "../../../theme";
@@ -7,7 +7,7 @@ import { Swatch } from "../image/toolbar";
 import type { LiveView } from "../live_view";
 import { SEGMENT_POINTS } from "./quality";
 
-/** A share of saturated points from here on is called out: the centre of such a line is flattened. */
+/** Share of saturated points above which it is highlighted, because the line centre is biased. */
 const TOO_MANY_SATURATED = 0.05;
 
 export function QualityTable({ view }: { view: LiveView }) {

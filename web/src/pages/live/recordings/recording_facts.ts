@@ -4,12 +4,12 @@ import type { Schemas } from "../../../api/client";
 
 export type Recording = Schemas["RecordingDto"];
 
-/** Exposures that are not in it. */
+/** Number of frames missing from a recording. */
 export function lossesOf({ lost }: Pick<Recording, "lost">): number {
   return lost.camera + lost.incomplete + lost.no_buffer + lost.malformed + lost.recorder;
 }
 
-/** Whether its end makes no room on the disk. */
+/** Whether deleting the recording frees no disk space. */
 export function nothingFreed(recording: Pick<Recording, "file">): boolean {
   return recording.file == null;
 }

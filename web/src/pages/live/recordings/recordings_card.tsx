@@ -1,4 +1,4 @@
-/** Records what the camera delivers, and lists what was recorded. */
+/** Starts and stops recordings, and lists them. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -14,10 +14,10 @@ import { language, text } from "../../../text";
 import { bytes, count, dateTime, duration } from "../../../units";
 import { lossesOf, nothingFreed, type Recording } from "./recording_facts";
 
-/** Recordings that are listed; the API has all of them. */
+/** Number of recordings listed; the API has all of them. */
 const SHOWN = 8;
 
-/** Time between two looks at the recording that runs, ms. */
+/** Update interval of a running recording, ms. */
 const REFRESH_EVERY_MS = 1000;
 
 export function RecordingsCard() {
@@ -63,7 +63,7 @@ export function RecordingsCard() {
   );
 }
 
-/** The button that begins a recording of the live view. */
+/** The button that starts a recording of the live view. */
 function Record({ reload }: { reload: () => Promise<void> }) {
   const { api, control, station } = useApp();
   const words = text.value.live.recordings;
@@ -86,7 +86,7 @@ function Record({ reload }: { reload: () => Promise<void> }) {
   );
 }
 
-/** What is being recorded, and the button that ends it. */
+/** The running recording, and the button that stops it. */
 function Running({ recording, reload }: { recording: Recording; reload: () => Promise<void> }) {
   const { api, control } = useApp();
   const words = text.value.live.recordings;

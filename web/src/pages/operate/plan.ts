@@ -1,4 +1,4 @@
-/** What is scanned and measured when Start is pressed, as the server's measurement plan says. */
+/** Conversions of the measurement plan, which defines what Start scans and measures. */
 
 import type { Schemas } from "../../api/client";
 import type { Tool } from "../../state/choices";
@@ -6,7 +6,7 @@ import type { Plan } from "../../state/records/measurement_plan";
 
 export type Characteristic = Schemas["MeasureDto"];
 
-/** The scan that the plan asks for, with what is measured on it. */
+/** The request body of the scan and its measurements according to the plan. */
 export function scanOf(plan: Plan, serial: string): Schemas["StartScanDto"] {
   const { exposure_us, measure, ...range } = plan;
   const name = serial.trim();
@@ -19,7 +19,7 @@ export function scanOf(plan: Plan, serial: string): Schemas["StartScanDto"] {
   };
 }
 
-/** The rows of a plan, in one unit. */
+/** The scan range of a plan. */
 export interface Range {
   from: number;
   to: number;
@@ -27,13 +27,13 @@ export interface Range {
   unit: "mm" | "°";
 }
 
-/** A plan has its rows in millimetres, or in degrees of a turntable. */
+/** The range of a plan, in millimetres or, on a turntable, in degrees. */
 export function rangeOf({ from_mm, to_mm, step_mm, from_deg, to_deg, step_deg }: Plan): Range {
   if (from_deg != null) return { from: from_deg, to: to_deg ?? 0, step: step_deg ?? 1, unit: "°" };
   return { from: from_mm ?? 0, to: to_mm ?? 0, step: step_mm ?? 1, unit: "mm" };
 }
 
-/** The same as the plan states it. */
+/** The range as fields of the plan. */
 export function planRange({ from, to, step, unit }: Range): Partial<Plan> {
   return unit === "°"
     ? { from_deg: from, to_deg: to, step_deg: step }
@@ -47,7 +47,7 @@ export function withChange(one: Characteristic, part: Partial<Characteristic>): 
   return around ? next : { ...next, tolerance_mm: null };
 }
 
-/** A name that no other use of the tool has; undefined where the tool is not used yet. */
+/** A name that is unique among the uses of the tool; undefined if the tool is not used yet. */
 export function freeName(measure: readonly Characteristic[], tool: Tool): string | undefined {
   const names = measure.filter((one) => one.tool === tool).map((one) => one.name ?? "");
   if (names.length === 0) return undefined;
