@@ -195,12 +195,12 @@ test("a scale bar has a round length", () => {
 test("a moving cloud is thinned when frames come late, and drawn in full at rest", () => {
   const pace = new Thinning(8);
   pace.begin(6_000_000);
-  expect(pace.thinning).toBe(4);
+  expect(pace.factor).toBe(4);
   pace.frame(50);
   pace.frame(50);
-  expect(pace.thinning).toBe(8);
+  expect(pace.factor).toBe(8);
   for (let frame = 0; frame < 20; frame++) pace.frame(16);
-  expect(pace.thinning).toBe(4);
+  expect(pace.factor).toBe(4);
   pace.rest();
-  expect(pace.thinning).toBe(1);
+  expect(pace.factor).toBe(1);
 });

@@ -66,7 +66,10 @@ export interface StopResult {
   state?: string | undefined;
 }
 
-/** Requests Stop, with `keepalive` so that the request completes even if the page is closed. The caller sets the time limit. */
+/**
+ * Requests Stop, with `keepalive` so that the request completes even if the page is closed. The caller sets the time
+ * limit.
+ */
 export async function postStop(actor: string, signal: AbortSignal): Promise<StopResult> {
   const headers = { "Sheaf-Actor": headerText(actor) };
   const answer = await fetch("/api/v1/station/stop", { method: "POST", keepalive: true, headers, signal });

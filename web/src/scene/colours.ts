@@ -1,11 +1,11 @@
-/** What the colours of a cloud mean, and which colours they are. Shared by shader, legend and histogram. */
+/** Colour modes and palettes of the point cloud, shared by shader, legend and histogram. */
 
 import { orderColour } from "../theme";
 
 export const COLOUR_MODES = ["order", "height", "sigma", "intensity", "deviation"] as const;
 export type ColourMode = (typeof COLOUR_MODES)[number];
 
-/** Modes with a range: everything but the order. */
+/** Modes with a range of values: all but the order. */
 export type ValueMode = Exclude<ColourMode, "order">;
 
 /** From low to high, in the unit of the mode: mm (height), µm (σ, deviation), grey levels (intensity). */
@@ -18,16 +18,16 @@ export interface ValueRange {
 export interface Colouring {
   mode: ColourMode;
   range: ValueRange;
-  /** Points outside of the range are left out; else they get the colour of its end. */
+  /** Whether points outside the range are hidden; otherwise they have the colour of its end. */
   hide_outside: boolean;
 }
 
 export type Rgb = readonly [number, number, number];
 
-/** Stops of a palette, equally spaced from low to high. */
+/** Number of stops of a palette, equally spaced from low to high. */
 export const PALETTE_STOPS = 9;
 
-/** Viridis: ordered in lightness, readable without distinguishing red and green. */
+/** Viridis: monotonic in lightness, readable with colour vision deficiency. */
 const SEQUENTIAL = [
   "#440154",
   "#472d7b",
@@ -40,7 +40,7 @@ const SEQUENTIAL = [
   "#fde725",
 ];
 
-/** Blue below, light grey on the surface, red above. */
+/** Blue for negative, light grey for zero, red for positive deviations. */
 const DIVERGING = [
   "#2166ac",
   "#4393c3",
@@ -53,7 +53,7 @@ const DIVERGING = [
   "#b2182b",
 ];
 
-/** Colours of a mode from low to high. Near the camera is high, so heights run against z. */
+/** Colours of a mode from low to high. Near the camera is high, so heights are opposite to z. */
 export function palette(mode: ValueMode): readonly string[] {
   if (mode === "deviation") return DIVERGING;
   return mode === "height" ? [...SEQUENTIAL].reverse() : SEQUENTIAL;
@@ -69,7 +69,7 @@ export function orderTable(): Rgb[] {
   return [...orders, orderColour(Number.NaN)].map(rgb);
 }
 
-/** `#rrggbb` as three numbers from 0 to 1. */
+/** Converts `#rrggbb` to three numbers from 0 to 1. */
 export function rgb(hex: string): Rgb {
   const channel = (at: number) => Number.parseInt(hex.slice(at, at + 2), 16) / 255;
   return [channel(1), channel(3), channel(5)];

@@ -1,8 +1,9 @@
 /**
- * The WebSocket of the page: holds all subscriptions, reconnects automatically, and tracks the time of the last message.
+ * The WebSocket of the page: holds all subscriptions, reconnects automatically, and tracks the time of the last
+ * message.
  *
- * Components call `subscribe` with a stream and a listener; the connection requests the highest rate and the finest scale
- * of all subscribers, and unsubscribes when the last one is removed.
+ * Components call `subscribe` with a stream and a listener; the connection requests the highest rate and the finest
+ * scale of all subscribers, and unsubscribes when the last one is removed.
  */
 
 import { signal } from "@preact/signals";

@@ -1,4 +1,6 @@
-/** The binary messages of `sheaf.v1`, specified in `openapi/stream.md`. Arrays are views into the message, not copies. */
+/**
+ * The binary messages of `sheaf.v1`, specified in `openapi/stream.md`. Arrays are views into the message, not copies.
+ */
 
 /** Fields common to opcodes 1 and 2. */
 export interface FrameHeader {

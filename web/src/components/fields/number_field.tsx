@@ -1,6 +1,6 @@
 /**
- * A field for a number with its unit. Input is committed on Enter or blur, and only if the whole text is a valid number;
- * invalid text remains with an error message and blocks the form.
+ * A field for a number with its unit. Input is committed on Enter or blur, and only if the whole text is a valid
+ * number; invalid text remains with an error message and blocks the form.
  */
 
 import { useSignal } from "@preact/signals";

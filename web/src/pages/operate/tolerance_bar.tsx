@@ -19,7 +19,10 @@ export interface BarPlaces {
   beyond: boolean;
 }
 
-/** Positions along the bar, 0 to 1: the tolerance occupies the middle half; values far outside are clamped to the edge. */
+/**
+ * Positions along the bar, 0 to 1: the tolerance occupies the middle half; values far outside are clamped to the
+ * edge.
+ */
 export function barPlaces(nominal: number, tolerance: number, value: number, u: number): BarPlaces {
   const place = (at: number) => 0.5 + (at - nominal) / (4 * tolerance);
   const inside = (at: number) => Math.min(1, Math.max(0, at));

@@ -14,7 +14,7 @@ export class TrendChart {
   private readonly observer: ResizeObserver;
 
   constructor(
-    place: HTMLElement,
+    container: HTMLElement,
     private readonly trend: Trend,
     language: string,
     onPick: (point: TrendPoint) => void,
@@ -23,7 +23,7 @@ export class TrendChart {
     const axis = { stroke: colour("--ink-2"), grid: { stroke: colour("--line"), width: 1 } };
     this.plot = new uPlot(
       {
-        width: Math.max(200, place.clientWidth),
+        width: Math.max(200, container.clientWidth),
         height: HEIGHT_PX,
         scales: { x: { time: false, range: [0.4, trend.points.length + 0.6] }, y: { range: this.range() } },
         axes: [
@@ -36,16 +36,16 @@ export class TrendChart {
         hooks: { draw: [() => this.drawPoints()], drawClear: [() => this.drawLimits()] },
       },
       this.columns(),
-      place,
+      container,
     );
     this.plot.over.addEventListener("click", () => {
       const point = trend.points[this.plot.cursor.idx ?? -1];
       if (point) onPick(point);
     });
     this.observer = new ResizeObserver(() =>
-      this.plot.setSize({ width: Math.max(200, place.clientWidth), height: HEIGHT_PX }),
+      this.plot.setSize({ width: Math.max(200, container.clientWidth), height: HEIGHT_PX }),
     );
-    this.observer.observe(place);
+    this.observer.observe(container);
   }
 
   dispose(): void {

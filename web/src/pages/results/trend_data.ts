@@ -34,7 +34,10 @@ export function characteristicsOf(parts: readonly ScannedPart[]): readonly strin
   return [...uses].sort((a, b) => b[1] - a[1]).map(([characteristic]) => characteristic);
 }
 
-/** The current measurement of the characteristic on each part; limits are those of the newest measurement that has them. */
+/**
+ * The current measurement of the characteristic on each part; limits are those of the newest measurement that has
+ * them.
+ */
 export function trendOf(parts: readonly ScannedPart[], characteristic: string): Trend {
   const rows = parts.flatMap((part) => {
     const measured = part.measured.find((one) => characteristicOf(one) === characteristic);

@@ -1,14 +1,14 @@
 /**
- * The points of one scan, every block once and in order: live from the stream, the rest over HTTP.
+ * The points of one scan, every block once and in order: live blocks from the stream, missing ones over HTTP.
  *
- * Blocks are counted from 0 without gaps. What came too early waits, what came twice is left out. After a pause the
- * last block held is asked for again: if it is not the same, the scan was taken up again by another process from an
- * earlier row, and the image begins anew.
+ * Blocks are numbered from 0 without gaps. Early blocks are buffered, duplicates are discarded. After an interruption
+ * the last block is requested again: if it differs, the scan was resumed from an earlier row after a restart of the
+ * server, and all blocks are loaded again.
  */
 
 import { decodeBlocks, type PointsBlock } from "../../stream/protocol";
 
-/** An answer of `GET …/points`. */
+/** A response of `GET …/points`. */
 export interface PointsPage {
   buffer: ArrayBuffer;
   next_block: number;
@@ -17,20 +17,20 @@ export interface PointsPage {
 
 export interface FeedEvents {
   onBlock(block: PointsBlock): void;
-  /** All that was shown is void; another scan, or the same from its beginning, follows. */
+  /** All previous points are invalid; another scan, or the same from its beginning, follows. */
   onReset(scan_id: string): void;
-  /** The blocks cannot be fetched. */
+  /** Loading blocks failed. */
   onProblem(cause: unknown): void;
-  /** How far it is, or whether it has ended, changed. */
+  /** The progress or the end of the scan changed. */
   onProgress?(): void;
 }
 
 export class BlockFeed {
-  /** The scan that is followed. */
+  /** The id of the scan. */
   scan_id: string | undefined;
   /** Whether more blocks will come. */
   running = false;
-  /** The next block wanted: so many are there. */
+  /** The next block needed, which is also the number of blocks received. */
   next_block = 0;
   private last: PointsBlock | undefined;
   private readonly early = new Map<number, PointsBlock>();
@@ -42,7 +42,7 @@ export class BlockFeed {
     private readonly events: FeedEvents,
   ) {}
 
-  /** The stream says which scan runs, or ended, and which of its blocks comes next on this connection. */
+  /** Processes the stream's message about the current scan and its next block. */
   announce(scan: { scan_id: string; running: boolean; n_blocks: number; next_block: number }): void {
     const taken_up_again = scan.running && !this.running;
     if (scan.scan_id !== this.scan_id || taken_up_again) this.reset(scan.scan_id);
@@ -51,7 +51,7 @@ export class BlockFeed {
     this.events.onProgress?.();
   }
 
-  /** A block of the stream. */
+  /** Processes a block of the stream. */
   receive(block: PointsBlock): void {
     if (block.scan_id !== this.scan_id || block.block < this.next_block) return;
     if (block.block > this.next_block || this.fetching) {
@@ -69,12 +69,12 @@ export class BlockFeed {
     await this.catchUp();
   }
 
-  /** The connection was lost and is there again. */
+  /** Called after a reconnect: loads missing blocks. */
   reconnected(): void {
     if (this.scan_id !== undefined) void this.catchUp();
   }
 
-  /** Asks for what is missing until nothing is. */
+  /** Requests missing blocks until there are none. */
   async catchUp(): Promise<void> {
     this.again = true;
     if (this.fetching) return;
@@ -96,14 +96,14 @@ export class BlockFeed {
     const scan_id = this.scan_id;
     if (scan_id === undefined) return;
     for (;;) {
-      // One block back, to see whether it still is the same.
+      // Start with the last known block, to check whether it is unchanged.
       const from_block = Math.max(0, this.next_block - 1);
       const page = await this.fetchPage(scan_id, from_block);
       if (this.scan_id !== scan_id) return;
       const before = this.next_block;
       const blocks = decodeBlocks(page.buffer);
       if (this.last && !(blocks[0] && same(blocks[0], this.last))) {
-        // A scan that waits to be resumed has no blocks; its image stays until rows are taken again.
+        // A scan waiting to be resumed has no blocks; its points stay until new rows are captured.
         if (page.complete && page.next_block === 0) return this.end();
         this.reset(scan_id);
         continue;

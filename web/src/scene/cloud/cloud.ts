@@ -1,25 +1,28 @@
 /**
- * The points of a scan as the graphics card takes them: append-only chunks of 16-bit positions.
+ * The points of a scan in the format of the GPU: append-only chunks of 16-bit positions.
  *
- * Blocks of the stream carry an origin and a step of their own. Drawing thousands of them one by one costs more than
- * the points themselves, so they are gathered in chunks of 2¹⁷ points with one box each; positions are written anew in
- * the chunk's steps (some µm). A chunk is split into lanes and points are dealt out in turn, so that every lane is a
- * thinned image of the whole chunk: drawing the first lanes alone is what a moving camera does.
+ * Each block of the stream has its own origin and step. Thousands of draw calls cost more than the points themselves,
+ * so blocks are merged into chunks of 2¹⁷ points with a common bounding box; positions are converted to the chunk's
+ * step (a few µm). The points of a chunk are distributed over lanes in turn, so that every lane is a subsample of the
+ * whole chunk: a moving view draws the first lanes only.
  */
 
 import type { PointsBlock } from "../../stream/protocol";
 import type { Vec3 } from "./shapes";
 
-/** Points of a chunk: 1.5 MiB, because a new one is written to the card as a whole, within the time of a frame. */
+/** Points per chunk: 1.5 MiB, which can be uploaded to the GPU within one frame. */
 export const CHUNK_POINTS = 2 ** 17;
 
-/** Thinning goes down to one point in so many. */
+/** Number of lanes: the coarsest thinning draws one point in so many. */
 export const LANES = 8;
 
-/** 16-bit words of a point: x, y, z, intensity, order and σ class, place along the line. */
+/** 16-bit words per point: x, y, z, intensity, order and σ class, position along the line. */
 export const WORDS = 6;
 
-/** Room around the first block of a chunk, mm: some ten rows of travel. Doubles each time it was too little. */
+/**
+ * Margin around the first block of a chunk, mm: about ten rows of travel. Doubled for the next chunk if it was too
+ * small.
+ */
 const MARGIN_MM = 16;
 
 const STEPS = 65535;
@@ -40,7 +43,7 @@ export interface BlockPart {
   box: Box;
 }
 
-/** Points of a chunk that stand one after the other in its buffer. */
+/** A contiguous range of points in a chunk's buffer. */
 export interface DrawRange {
   start: number;
   count: number;
@@ -52,7 +55,7 @@ function boxOf(block: PointsBlock): Box {
   return { min: [...origin_mm], max: [far(0), far(1), far(2)] };
 }
 
-/** Widens a box so that it holds another. */
+/** Extends a box so that it contains another. */
 export function widen(box: Box, other: Box): void {
   for (const axis of [0, 1, 2] as const) {
     box.min[axis] = Math.min(box.min[axis], other.min[axis]);
@@ -86,7 +89,7 @@ export class CloudChunk {
     return axes.every((axis) => box.min[axis] >= this.box.min[axis] && box.max[axis] <= this.box.max[axis]);
   }
 
-  /** Takes points of a block from `from` on, as many as there is room for; answers how many. */
+  /** Appends points of a block from `from` on, as many as fit; returns how many. */
   append(block: PointsBlock, box: Box, from: number): number {
     const source = new Uint16Array(block.points.buffer, block.points.byteOffset, WORDS * block.n_points);
     const count = Math.min(block.n_points - from, CHUNK_POINTS - this.n_points);
@@ -113,7 +116,7 @@ export class CloudChunk {
     return count;
   }
 
-  /** Where the buffer has the points `from` to `to` (not included), one range per lane. */
+  /** Buffer ranges of the points `from` to `to` (exclusive), one per lane. */
   written(from: number, to: number): DrawRange[] {
     return lanes(LANES, (lane) => {
       const [start, end] = [inLane(from, lane), inLane(to, lane)];
@@ -121,7 +124,7 @@ export class CloudChunk {
     });
   }
 
-  /** What to draw when one point in `thinning` is enough; `thinning` is a power of two up to `LANES`. */
+  /** Buffer ranges to draw for one point in `thinning`, a power of two up to `LANES`. */
   drawn(thinning: number): DrawRange[] {
     const wanted = LANES / thinning;
     if (this.full) return [{ start: 0, count: wanted * LANE }];
@@ -136,7 +139,7 @@ export class CloudChunk {
     return [coordinate(0), coordinate(1), coordinate(2)];
   }
 
-  /** All that is known of a point but its position. */
+  /** All attributes of a point except its position. */
   attributes(point: number): { intensity: number; order: number; sigma_class: number; along_px: number } {
     const at = WORDS * slotOf(point);
     const order_sigma = this.words[at + 4] as number;
@@ -148,7 +151,7 @@ export class CloudChunk {
     };
   }
 
-  /** The block a point came with. */
+  /** The block to which a point belongs. */
   partOf(point: number): BlockPart | undefined {
     return this.parts.findLast((part) => part.first <= point);
   }
@@ -165,7 +168,7 @@ function inLane(n_points: number, lane: number): number {
   return Math.floor((n_points - lane + LANES - 1) / LANES);
 }
 
-/** Where in the buffer a point of a chunk is, in points. */
+/** Index in the buffer of a point of a chunk. */
 export function slotOf(point: number): number {
   return (point % LANES) * LANE + Math.floor(point / LANES);
 }
@@ -175,7 +178,7 @@ export class Cloud {
   readonly chunks: CloudChunk[] = [];
   n_points = 0;
   n_blocks = 0;
-  /** Smallest box around everything; undefined without points. */
+  /** Bounding box of all points; undefined without points. */
   box: Box | undefined;
   private margin_mm = MARGIN_MM;
 

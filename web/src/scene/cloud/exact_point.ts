@@ -1,4 +1,4 @@
-/** The server's exact point for one that was picked in the image. */
+/** Finds the server's exact point for a picked point. */
 
 import { type Api, data, type Schemas } from "../../api/client";
 import type { Picked } from "./picking";
@@ -6,32 +6,35 @@ import { distance, type Vec3, vec3 } from "./shapes";
 
 type Profile = Schemas["ProfileDto"];
 
-/** A point as the server computed it; part frame. */
+/** A point with exact values from the server; part frame. */
 export interface ExactPoint {
   position_mm: Vec3;
-  /** Standard deviation along its camera ray, from image noise. */
+  /** Standard deviation along the camera ray, from image noise. */
   sigma_mm: number;
   order: number;
   u_px: number;
   v_px: number;
   frame: number;
-  /** Of a turntable its angle, degrees. */
+  /** Stage position; on a turntable its angle, degrees. */
   stage_mm: number;
 }
 
-/** The axis of a turntable: a point of it, mm, and its unit vector; camera frame. */
+/** The axis of a turntable: a point on it, mm, and its unit vector; camera frame. */
 export interface TurnAxis {
   point_mm: Vec3;
   direction: Vec3;
 }
 
-/** Display positions are rounded by some µm; a point farther away is another one. */
+/** Display positions are rounded by a few µm; a point farther away is a different one. */
 const SAME_POINT_MM = 0.03;
 
-/** Where along its line the display puts a point: rounded to whole pixels. */
+/** Tolerance of the position along the line, which is rounded to whole pixels for display. */
 const ROUNDED_PX = 0.501;
 
-/** Asks the server; undefined where it has no such point (yet): while the scan runs, or left out by this frame alone. */
+/**
+ * Requests the exact point; undefined if the server does not have it: during the scan, or if this frame alone
+ * rejected it.
+ */
 export async function exactPoint(api: Api, scan_id: string, picked: Picked): Promise<ExactPoint | undefined> {
   const path = { id: scan_id, sequence: picked.frame };
   const answer = await api.GET("/api/v1/scans/{id}/profiles/{sequence}", { params: { path } });
@@ -40,7 +43,7 @@ export async function exactPoint(api: Api, scan_id: string, picked: Picked): Pro
   return matchPoint(profile, await stageOf(api, profile.calibration_id), picked);
 }
 
-/** The point of a profile that was picked: same order, same place along the line, same position. */
+/** Finds the picked point in a profile, by order, position along the line, and position in space. */
 export function matchPoint(profile: Profile, stage: Vec3 | TurnAxis, picked: Picked): ExactPoint | undefined {
   let best: ExactPoint | undefined;
   let best_mm = SAME_POINT_MM;
@@ -84,7 +87,7 @@ function turnedBack(at: Vec3, { point_mm: c, direction: a }: TurnAxis, angle_rad
 
 const stages = new Map<string, Vec3 | TurnAxis>();
 
-/** Way of the stage per mm of a calibration, zero where it has no stage; or the axis of its turntable. */
+/** Displacement per mm of travel by a calibration, zero without a stage; or the axis of its turntable. */
 async function stageOf(api: Api, calibration_id: string): Promise<Vec3 | TurnAxis> {
   const known = stages.get(calibration_id);
   if (known) return known;

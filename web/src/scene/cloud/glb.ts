@@ -1,9 +1,9 @@
-/** Reads the mesh of a scan from GLB, the way this server writes it: one mesh, float positions, 32-bit indices. */
+/** Reads the mesh of a scan from GLB as written by this server: one mesh, float positions, 32-bit indices. */
 
 export interface Mesh {
-  /** x, y, z by turns, part frame, metres. */
+  /** x, y, z, interleaved, part frame, metres. */
   positions_m: Float32Array;
-  /** Corners of the triangles. */
+  /** Vertex indices of the triangles. */
   indices: Uint32Array;
 }
 
@@ -23,7 +23,7 @@ interface Document {
   meshes: { primitives: { attributes: { POSITION: number }; indices: number }[] }[];
 }
 
-/** The mesh as views into the file; an empty mesh where the file has none. */
+/** The mesh as views into the file; empty if the file contains none. */
 export function meshFromGlb(file: ArrayBuffer): Mesh {
   const view = new DataView(file);
   if (file.byteLength < 20 || view.getUint32(0, true) !== MAGIC) throw new Error("the mesh is no GLB file");

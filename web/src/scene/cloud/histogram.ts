@@ -1,17 +1,17 @@
-/** How the values of a cloud are distributed: from a sample, so that six million points cost no more than few. */
+/** The distribution of a cloud's values, from a sample of limited size. */
 
 import { sigmaOfClass } from "../../stream/protocol";
 import type { ValueMode, ValueRange } from "../colours";
 import type { Cloud } from "./cloud";
 import { type Feature, featureDeviation } from "./region";
 
-/** Points looked at. */
+/** Maximum size of the sample. */
 const SAMPLE_POINTS = 40_000;
 
-/** Share of points beyond each end of the range that is proposed. */
+/** Share of points outside each end of the automatic range. */
 const TAIL = 0.01;
 
-/** Values of a mode, evenly taken from all points, sorted; unknown ones are left out. */
+/** Values of a mode for an even sample of the points, sorted, without unknown ones. */
 export function sampleValues(cloud: Cloud, mode: ValueMode, feature: Feature | undefined): Float32Array {
   const every = Math.max(1, Math.ceil(cloud.n_points / SAMPLE_POINTS));
   const values: number[] = [];
@@ -24,7 +24,7 @@ export function sampleValues(cloud: Cloud, mode: ValueMode, feature: Feature | u
   return Float32Array.from(values).sort();
 }
 
-/** The value behind a point's colour; `NaN` if unknown or if the point is not part of the feature. */
+/** The value shown as a point's colour; `NaN` if unknown or if the point is not part of the feature. */
 export function valueAt(
   mode: ValueMode,
   at: readonly [number, number, number],
@@ -43,7 +43,7 @@ export function valueAt(
   }
 }
 
-/** How many points are shown where those outside of a range are hidden; points without a value stay. */
+/** Number of visible points if those outside a range are hidden; points without a value stay visible. */
 export function countShown(
   cloud: Cloud,
   mode: ValueMode,
@@ -60,12 +60,15 @@ export function countShown(
   return n_shown;
 }
 
-/** Whether a point with this value is hidden with what is outside; of deviations everything but the feature is. */
+/**
+ * Whether a point with this value is hidden with `hide_outside`; for deviations, points outside the feature are
+ * hidden too.
+ */
 export function isHidden(value: number, mode: ValueMode, { low, high }: ValueRange): boolean {
   return Number.isNaN(value) ? mode === "deviation" : value < low || value > high;
 }
 
-/** A range that shows nearly all values; that of deviations is symmetric. */
+/** The automatic range, which contains nearly all values; symmetric for deviations. */
 export function proposedRange(sorted: Float32Array, mode: ValueMode): ValueRange {
   if (sorted.length === 0) return mode === "deviation" ? { low: -100, high: 100 } : { low: 0, high: 1 };
   if (mode === "deviation") return symmetric(sorted);
@@ -74,8 +77,8 @@ export function proposedRange(sorted: Float32Array, mode: ValueMode): ValueRange
   return high > low ? { low, high } : { low: low - 0.5, high: high + 0.5 };
 }
 
-/** Points off the surface (the table around a sphere) would stretch the range: four times the median of |deviation|
- * of the nearer half serves the surface itself. */
+/** A symmetric range: four times the median of |deviation|. Points far from the surface, such as the table around a sphere,
+ * are excluded, because they would widen it. */
 function symmetric(sorted: Float32Array): ValueRange {
   const sizes = sorted.map(Math.abs).sort();
   const near = sizes.filter((size) => size < 300);
@@ -85,7 +88,7 @@ function symmetric(sorted: Float32Array): ValueRange {
   return { low: -reach, high: reach };
 }
 
-/** Counts of values in equal bins over the range; what lies outside is left out. */
+/** Counts of values in equal bins over the range, without values outside it. */
 export function binned(values: Float32Array, { low, high }: ValueRange, n_bins: number): number[] {
   const bins = new Array<number>(n_bins).fill(0);
   const width = (high - low) / n_bins || 1;

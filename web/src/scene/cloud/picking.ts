@@ -1,17 +1,17 @@
-/** Which point is under the pointer: a search over the points that may be there, in memory. */
+/** Finds the point at the pointer by a search over the points in memory. */
 
 import type { Box, Cloud, CloudChunk } from "./cloud";
 import { slotOf, WORDS } from "./cloud";
 import { type Vec3, vec3 } from "./shapes";
 
-/** A point counts as hit within this distance, CSS pixels. */
+/** A point is picked within this distance of the pointer, CSS pixels. */
 const PICK_RADIUS_PX = 9;
 
-/** Among points so close to the pointer the nearest to the eye is taken, CSS pixels. */
+/** Among points within this distance of the pointer the frontmost is picked, CSS pixels. */
 const SAME_PX = 3;
 
 export interface Picked {
-  /** As displayed: rounded to the steps of its chunk. */
+  /** Displayed position, rounded to the step of its chunk. */
   position_mm: Vec3;
   block: number;
   frame: number;
@@ -22,7 +22,7 @@ export interface Picked {
   along_px: number;
 }
 
-/** Column-major 4×4: clip space from the part frame. */
+/** Column-major 4×4 matrix, clip space from the part frame. */
 export type Projection = ArrayLike<number>;
 
 export interface Pointer {
@@ -32,7 +32,7 @@ export interface Pointer {
   height_px: number;
 }
 
-/** Where a place of the part frame is in the view: CSS pixels, and its depth (−1 near, 1 far). */
+/** Projects a point of the part frame to CSS pixels and depth (−1 near, 1 far). */
 export function project(
   clip: Projection,
   at: Vec3,
@@ -48,7 +48,7 @@ export function project(
   return [((row(0) / w + 1) / 2) * width_px, ((1 - row(1) / w) / 2) * height_px, row(2) / w];
 }
 
-/** The point under the pointer; those that are `hidden` are not there. */
+/** The point at the pointer, ignoring `hidden` ones. */
 export function pick(
   cloud: Cloud,
   clip: Projection,
@@ -68,7 +68,7 @@ interface Candidate {
   depth: number;
 }
 
-/** Of two points about equally close to the pointer that in front; else the closer one. */
+/** Whether `a` is the better candidate: the one in front if both are close to the pointer, else the closer one. */
 function nearer(a: Candidate, b: Candidate): boolean {
   const [near_a, near_b] = [a.off_px <= SAME_PX, b.off_px <= SAME_PX];
   if (near_a && near_b) return a.depth < b.depth;
@@ -113,7 +113,7 @@ function chunkSearch(
   return best;
 }
 
-/** Clip space from the steps of a chunk. */
+/** Clip space from the 16-bit positions of a chunk. */
 function stepped(clip: Projection, chunk: CloudChunk): number[] {
   const matrix = Array.from({ length: 16 }, (_, idx) => clip[idx] as number);
   for (let row = 0; row < 4; row++) {
@@ -127,7 +127,7 @@ function stepped(clip: Projection, chunk: CloudChunk): number[] {
   return matrix;
 }
 
-/** Whether the image of a box comes near the pointer. */
+/** Whether the projection of a box is near the pointer. */
 function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }: Pointer): boolean {
   const bounds = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY, -1e30];
   for (let corner = 0; corner < 8; corner++) {

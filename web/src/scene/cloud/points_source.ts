@@ -1,4 +1,4 @@
-/** Pages of blocks over HTTP. */
+/** Loads pages of blocks over HTTP. */
 
 import { bytes } from "../../api/client";
 import type { PointsPage } from "./block_feed";

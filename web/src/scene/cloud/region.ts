@@ -1,11 +1,11 @@
-/** Which points belong to a measured feature, as the server says: cells of space that hold points of its fit. */
+/** The region of a measured feature from the server: cells that contain points of its fit. */
 
 import type { Schemas } from "../../api/client";
 import { deviation, type FittedShape, type Vec3, vec3 } from "./shapes";
 
 export type SurfaceRegion = Schemas["SurfaceRegionDto"];
 
-/** The cells as a block of bytes, 255 where points belong: for the graphics card, too. */
+/** The cells as a 3D array of bytes, 255 inside the region; also used as a texture. */
 export class RegionGrid {
   readonly bytes: Uint8Array;
   private readonly origin_mm: Vec3;
@@ -20,7 +20,7 @@ export class RegionGrid {
     for (const cell of region.cells) this.bytes[cell] = 255;
   }
 
-  /** Whether a place lies in one of the cells. */
+  /** Whether a position is in one of the cells. */
   holds(at: Vec3): boolean {
     const { origin_mm, size } = this;
     const { cell_mm } = this.region;
@@ -31,13 +31,13 @@ export class RegionGrid {
   }
 }
 
-/** A fitted shape, and where it has points. Without a region every point is taken for one of its own. */
+/** A fitted shape and its region. Without a region every point is part of the feature. */
 export interface Feature {
   shape: FittedShape;
   grid?: RegionGrid | undefined;
 }
 
-/** Signed distance of a point of the feature, mm; `NaN` for points that are not of it. */
+/** Signed distance of a point from the shape, mm; `NaN` for points outside the region. */
 export function featureDeviation({ shape, grid }: Feature, at: Vec3): number {
   const from_shape = deviation(shape, at);
   if (!grid) return from_shape;

@@ -1,10 +1,10 @@
-/** Shapes that measurements were fitted to, and how far points are from them. */
+/** Fitted shapes, and the deviation of points from them. */
 
 import type { Schemas } from "../../api/client";
 
 export type Vec3 = readonly [number, number, number];
 
-/** Three numbers of the API, whose lists have no length; `NaN` for one that is missing. */
+/** Converts a list of the API to a vector; missing numbers are `NaN`. */
 export function vec3([x = Number.NaN, y = Number.NaN, z = Number.NaN]: readonly number[]): Vec3 {
   return [x, y, z];
 }
@@ -15,7 +15,7 @@ export type FittedShape =
   | { kind: "sphere"; centre_mm: Vec3; radius_mm: number }
   | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number };
 
-/** As the result of a measurement has it. */
+/** Converts the shape of a measurement result. */
 export function shapeOf(shape: Schemas["ShapeDto"]): FittedShape {
   switch (shape.kind) {
     case "plane":
@@ -44,7 +44,7 @@ export function distance(a: Vec3, b: Vec3): number {
   return Math.hypot(...subtract(a, b));
 }
 
-/** Signed distance of a point, mm: positive on the normal's side, or outside. */
+/** Signed distance of a point, mm: positive on the side of the normal, or outside. */
 export function deviation(shape: FittedShape, at: Vec3): number {
   switch (shape.kind) {
     case "plane":

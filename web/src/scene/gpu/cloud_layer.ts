@@ -1,8 +1,8 @@
 /**
- * The points of a cloud on the graphics card.
+ * The points of a cloud on the GPU.
  *
- * A chunk's memory is reserved once, only new points are written, once per frame, and a chunk costs four calls to draw:
- * six million points leave most of a frame free.
+ * The buffer of a chunk is allocated once, only new points are uploaded, once per frame, and drawing a chunk takes four
+ * calls.
  */
 
 import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "../cloud/cloud";
@@ -12,14 +12,14 @@ import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
 
 const BYTES_PER_POINT = 2 * WORDS;
 
-/** Values of a point: name in the shader, how many, and at which byte. */
+/** Vertex attributes of a point: name in the shader, number of components, byte offset. */
 const ATTRIBUTES = [
   { name: "position", size: 3, at_byte: 0 },
   { name: "intensity", size: 1, at_byte: 6 },
   { name: "order_sigma", size: 1, at_byte: 8 },
 ] as const;
 
-/** A chunk on the card: its points up to `n_written` are there. */
+/** The buffers of a chunk, which contain its first `n_written` points. */
 interface Drawn {
   buffer: WebGLBuffer;
   vertices: WebGLVertexArrayObject;
@@ -27,11 +27,11 @@ interface Drawn {
 }
 
 export class CloudLayer {
-  /** Points written to the card so far; a change of colour does not change it. */
+  /** Points uploaded to the GPU so far; changes of colour upload none. */
   n_uploaded = 0;
   private readonly drawn = new Map<CloudChunk, Drawn>();
   private grid: RegionGrid | undefined;
-  /** The cells of the grid on the card; undefined until they are needed there. */
+  /** Texture of the region's cells; undefined until needed. */
   private cells: WebGLTexture | undefined;
   private program: GlProgram;
 
@@ -39,26 +39,26 @@ export class CloudLayer {
     this.program = new GlProgram(gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
-  /** The context was lost and is there again: nothing of before is on the card. */
+  /** Called when the context was restored: all GPU objects must be created again. */
   restore(): void {
     this.drawn.clear();
     this.cells = undefined;
     this.program = new GlProgram(this.gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
-  /** Which points are of the measured feature; undefined: nobody says. */
+  /** Sets the region of the measured feature; undefined if there is none. */
   setRegion(grid: RegionGrid | undefined): void {
     if (this.cells) this.gl.deleteTexture(this.cells);
     this.cells = undefined;
     this.grid = grid;
   }
 
-  /** Writes what is new. */
+  /** Uploads new points. */
   write(cloud: Cloud): void {
     for (const chunk of cloud.chunks) this.writeChunk(chunk);
   }
 
-  /** Draws one point in `thinning`; answers how many points that is. */
+  /** Draws one point in `thinning`; returns the number of points drawn. */
   draw(uniforms: Readonly<Record<string, UniformValue>>, thinning: number): number {
     const { gl, program } = this;
     program.use(uniforms);

@@ -1,13 +1,13 @@
-/** A program of the graphics card with its uniforms by name. */
+/** A WebGL program with its uniforms by name. */
 
-/** A number, a vector, or several vectors one after the other. */
+/** A number, a vector, or several concatenated vectors. */
 export type UniformValue = number | readonly number[];
 
 export class GlProgram {
   private readonly program: WebGLProgram;
   private readonly uniforms = new Map<string, { type: number; at: WebGLUniformLocation | null }>();
 
-  /** A shader that does not compile is a mistake of this page and throws; a lost context is not. */
+  /** Throws if a shader does not compile, but not if the context is lost. */
   constructor(
     private readonly gl: WebGL2RenderingContext,
     vertex_shader: string,
@@ -30,7 +30,7 @@ export class GlProgram {
     }
   }
 
-  /** Draws with this program from now on; values of other programs' uniforms are ignored. */
+  /** Makes the program current and sets its uniforms; unknown names are ignored. */
   use(values: Readonly<Record<string, UniformValue>>): void {
     this.gl.useProgram(this.program);
     for (const [name, value] of Object.entries(values)) this.set(name, value);
@@ -49,7 +49,7 @@ export class GlProgram {
     else gl.uniform2fv(at, value);
   }
 
-  /** Where a shader reads an attribute. */
+  /** Location of an attribute. */
   attribute(name: string): number {
     return this.gl.getAttribLocation(this.program, name);
   }

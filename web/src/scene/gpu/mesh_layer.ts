@@ -1,10 +1,10 @@
-/** A surface on the graphics card. */
+/** A mesh on the GPU. */
 
 import type { Mesh } from "../cloud/glb";
 import { GlProgram, type UniformValue } from "./gl_program";
 import { MESH_FRAGMENT, MESH_VERTEX } from "./shaders";
 
-/** Frees its buffers in `dispose`. */
+/** Draws a mesh; `dispose` frees its buffers. */
 export class MeshLayer {
   private readonly program: GlProgram;
   private readonly vertices: WebGLVertexArrayObject;

@@ -1,4 +1,4 @@
-/** The programs of the graphics card: a value per point or corner, and its colour. */
+/** The shaders: they compute a value per point or vertex and map it to a colour. */
 
 import { FIRST_ORDER, N_ORDERS, PALETTE_STOPS } from "../colours";
 
@@ -7,7 +7,7 @@ precision highp float;
 precision highp int;
 `;
 
-/** Number of a mode in the shaders: its place in `COLOUR_MODES`. */
+/** Modes are numbered by their index in `COLOUR_MODES`. */
 const COLOUR_BY_VALUE = /* glsl */ `
 uniform vec3 u_palette[${PALETTE_STOPS}];
 uniform vec2 u_range;
@@ -36,7 +36,7 @@ vec3 colour_of(float value) {
 }
 `;
 
-/** Points: positions in steps of their chunk, decoded by its origin and step. */
+/** Points: 16-bit positions, decoded with the origin and step of their chunk. */
 export const POINT_VERTEX = /* glsl */ `${HEAD}
 uniform mat4 u_clip;
 uniform vec3 u_origin;
@@ -56,7 +56,7 @@ in float intensity;
 in float order_sigma;
 flat out vec3 v_colour;
 ${COLOUR_BY_VALUE}
-/** Whether the server counts the place to the feature. */
+/** Whether a position is in the region of the feature. */
 bool belongs(vec3 at, float value) {
   if (!u_has_region) return true;
   vec3 cell = floor((at - u_region_origin) / u_region_cell);
@@ -64,7 +64,7 @@ bool belongs(vec3 at, float value) {
   return abs(value) <= u_band_um && texelFetch(u_region, ivec3(cell), 0).r > 0.5;
 }
 
-/** The place on the fitted shape that is nearest. */
+/** The nearest position on the fitted shape. */
 vec3 foot(vec3 at) {
   vec3 from = at - u_shape_point;
   float along = dot(u_shape_axis, from);
@@ -74,7 +74,7 @@ vec3 foot(vec3 at) {
   return u_shape_point + along * u_shape_axis + u_shape_radius * normalize(radial);
 }
 
-/** 0 to 1, the same for a point in every image, and nothing to do with where it is. */
+/** A pseudo-random number from 0 to 1, constant for each point. */
 float lot(vec3 steps) {
   uvec3 at = uvec3(steps);
   uint bits = at.x * 73856093u ^ at.y * 19349663u ^ at.z * 83492791u;
@@ -104,14 +104,14 @@ void main() {
     value = deviation_um(at);
     known = u_shape > 0 && belongs(at, value);
     if (known) {
-      // Of points that overlap chance decides which is seen: by depth it would always be those on one side of the
-      // surface, and by order of drawing those of one diffraction order.
+      // Which of several overlapping points is visible is random: by depth it would always be those on one side of the
+      // surface, and by drawing order those of one diffraction order.
       vec4 deep = u_clip * vec4(foot(at) + u_towards * (lot(position) - 0.5) * u_shuffle_mm, 1.0);
       gl_Position.z = deep.z / deep.w * gl_Position.w;
     }
   }
   v_colour = known ? colour_of(value) : UNKNOWN;
-  // A place behind the far plane is drawn by nobody.
+  // A position behind the far plane is clipped.
   bool outside = value < u_range.x || value > u_range.y;
   if (u_hide_outside && (known ? outside : u_mode == 4)) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }
@@ -125,7 +125,7 @@ void main() {
 }
 `;
 
-/** Surfaces, positions in metres: lit from the viewer, facet by facet. */
+/** Meshes, positions in metres: flat shading with a light at the viewer. */
 export const MESH_VERTEX = /* glsl */ `${HEAD}
 uniform mat4 u_clip;
 in vec3 position;

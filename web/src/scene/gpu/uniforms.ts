@@ -1,10 +1,10 @@
-/** The uniforms by which points and mesh are coloured, as numbers. */
+/** The uniforms that determine the colours of points and mesh. */
 
 import type { Feature } from "../cloud/region";
 import { COLOUR_MODES, type Colouring, orderTable, palette, rgb } from "../colours";
 import type { UniformValue } from "./gl_program";
 
-/** Changing a colour changes these and nothing else on the card. */
+/** A change of colour sets only these uniforms and uploads no points. */
 export function initialUniforms(): Record<string, UniformValue> {
   return {
     ...colourUniforms({ mode: "order", range: { low: 0, high: 1 }, hide_outside: false }),

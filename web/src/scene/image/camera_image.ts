@@ -1,9 +1,9 @@
 /**
- * The camera's image, and on a second layer the centrelines of the same frame.
+ * The camera image, and on a second layer the centrelines of the same frame.
  *
- * Only the newest frame is decoded, as finely as it is shown; frames that arrive meanwhile replace each other and are
- * counted. Draws when something changed, at most once per refresh of the screen. What it holds (a bitmap, two
- * canvases, one message) is freed in dispose().
+ * Only the newest frame is decoded, at the displayed resolution; frames that arrive in the meantime replace each
+ * other and are counted. Draws only after changes, at most once per animation frame. Its resources (a bitmap, two
+ * canvases, one message) are freed in dispose().
  */
 
 import type { ImageMessage } from "../../stream/protocol";
@@ -26,35 +26,35 @@ import { Zebra } from "./zebra";
 
 /** Callbacks of the camera image. */
 export interface ImageEvents {
-  /** A frame is on the screen. */
+  /** A frame was drawn. */
   drawn?(image: ImageMessage): void;
-  /** The pointer is at a position of the frame, px; `undefined`: it has left. */
+  /** The pointer moved to a position of the frame, px; `undefined`: it has left the image. */
   hovered?(at: { u_px: number; v_px: number } | undefined): void;
-  /** The view was moved or zoomed. */
+  /** The image was panned or zoomed. */
   viewed?(view: ImageTransform, is_fitted: boolean): void;
 }
 
-/** An image's grey levels: `data[4 · (row · width + column)]`. */
+/** Grey levels of an image: `data[4 · (row · width + column)]`. */
 export interface Greys {
   readonly data: ArrayLike<number>;
   readonly width: number;
   readonly height: number;
 }
 
-/** Draws something of its own over the image, in CSS px, after the centrelines. */
+/** Draws an overlay on the image, in CSS px, after the centrelines. */
 export type DrawOver = (context: CanvasRenderingContext2D, view: ImageTransform, image: ImageMessage) => void;
 
-/** Reduced further than this, pixels fall between those that smoothing of low quality looks at. */
+/** Scale below which low-quality smoothing skips pixels. */
 const HALF = 0.5;
 
 export class CameraImage {
-  /** Frames that were replaced by a newer one before they were decoded. */
+  /** Number of frames replaced by a newer one before they were decoded. */
   skipped = 0;
   /** Orders whose lines are not drawn; call `redraw` after a change. */
   readonly hidden_orders = new Set<number>();
   /** Whether any centrelines are drawn. */
   lines_shown = true;
-  /** Drawn over the image: corners of a board, a search window. */
+  /** Overlay on the image, such as the corners of a board. */
   draw_over: DrawOver | undefined;
   private readonly image_canvas = document.createElement("canvas");
   private readonly line_canvas = document.createElement("canvas");
@@ -63,7 +63,7 @@ export class CameraImage {
   private readonly pixels: CanvasRenderingContext2D;
   private readonly resized: ResizeObserver;
   private readonly stop_listening: () => void;
-  private place_size: Size = { width: 0, height: 0 };
+  private container_size: Size = { width: 0, height: 0 };
   private view_: ImageTransform = { scale: 1, left: 0, top: 0 };
   private is_fitted = true;
   private zebra: Zebra | undefined;
@@ -77,9 +77,9 @@ export class CameraImage {
   private frame_request = 0;
   private disposed = false;
 
-  /** `place` fills itself with the image; its CSS must position it (class `data-view` does). */
+  /** `container` is filled by the image; it must be positioned by CSS, as by the class `data-view`. */
   constructor(
-    private readonly place: HTMLElement,
+    private readonly container: HTMLElement,
     private readonly events: ImageEvents = {},
   ) {
     this.image_context = contextOf(this.image_canvas, {});
@@ -93,20 +93,20 @@ export class CameraImage {
       canvas.style.width = "100%";
       canvas.style.height = "100%";
     }
-    place.append(this.image_canvas, this.line_canvas);
+    container.append(this.image_canvas, this.line_canvas);
     this.resized = new ResizeObserver(() => this.resize());
-    this.resized.observe(place);
-    this.stop_listening = listen(place, {
+    this.resized.observe(container);
+    this.stop_listening = listen(container, {
       zoomAt: (factor, x, y) =>
-        this.setTransform(zoomedAt(this.view_, factor, x, y, this.place_size, this.image_size), false),
-      pan: (dx, dy) => this.setTransform(panned(this.view_, dx, dy, this.place_size, this.image_size), false),
+        this.setTransform(zoomedAt(this.view_, factor, x, y, this.container_size, this.image_size), false),
+      pan: (dx, dy) => this.setTransform(panned(this.view_, dx, dy, this.container_size, this.image_size), false),
       fit: () => this.fit(),
       point: (x, y) => this.point(x, y),
     });
     this.resize();
   }
 
-  /** The frame on the screen. */
+  /** The displayed frame. */
   get frame(): ImageMessage | undefined {
     return this.shown?.image;
   }
@@ -115,7 +115,7 @@ export class CameraImage {
     return this.view_;
   }
 
-  /** Shows a frame as soon as the one before it is decoded; a newer one replaces it. */
+  /** Shows a frame once the previous one is decoded, unless a newer one replaces it. */
   show(image: ImageMessage): void {
     if (this.frozen) return;
     if (this.decoding) {
@@ -124,7 +124,7 @@ export class CameraImage {
     } else void this.decode(image);
   }
 
-  /** Holds the frame on the screen, even if a newer one is being decoded; or resumes. */
+  /** Freezes the displayed frame, even if a newer one is being decoded; or resumes. */
   freeze(frozen: boolean): void {
     this.frozen = frozen;
     this.waiting = undefined;
@@ -139,19 +139,19 @@ export class CameraImage {
     this.redraw();
   }
 
-  /** The whole image. */
+  /** Fits the whole image into the container. */
   fit(): void {
-    this.setTransform(fitted(this.place_size, this.image_size), true);
+    this.setTransform(fitted(this.container_size, this.image_size), true);
   }
 
-  /** CSS pixels per pixel of the frame; the middle stays where it is. */
+  /** Sets the scale in CSS pixels per pixel of the frame, centred on the middle of the view. */
   zoomTo(scale: number): void {
-    const { width, height } = this.place_size;
+    const { width, height } = this.container_size;
     const factor = scale / this.view_.scale;
-    if (this.is_fitted) this.setTransform(centred(scale, this.place_size, this.image_size), false);
+    if (this.is_fitted) this.setTransform(centred(scale, this.container_size, this.image_size), false);
     else
       this.setTransform(
-        zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.image_size),
+        zoomedAt(this.view_, factor, width / 2, height / 2, this.container_size, this.image_size),
         false,
       );
   }
@@ -160,7 +160,7 @@ export class CameraImage {
     this.zoomTo(this.view_.scale * factor);
   }
 
-  /** Stripes over pixels at full scale. */
+  /** Shows or hides stripes over saturated pixels. */
   showZebra(shown: boolean): void {
     this.zebra = shown ? new Zebra() : undefined;
     if (this.shown) this.zebra?.take(this.shown.bitmap);
@@ -168,7 +168,7 @@ export class CameraImage {
     this.redraw();
   }
 
-  /** A cross at a position of the frame. */
+  /** Marks a position of the frame with a cross. */
   mark(at: { u_px: number; v_px: number } | undefined): void {
     if (!at && !this.marked) return;
     this.marked = at;
@@ -176,8 +176,7 @@ export class CameraImage {
   }
 
   /**
-   * All grey levels of the frame on the screen: `data[4 · (row · width + column)]`, a pixel for every pixel of the
-   * JPEG, however finely it is shown. Asked again for the same frame, it is the same answer.
+   * The grey levels of the displayed frame at the full resolution of the JPEG. The result is cached for the frame.
    */
   greys(): Promise<Greys | undefined> {
     const image = this.shown?.image;
@@ -186,7 +185,7 @@ export class CameraImage {
     return this.greys_.read;
   }
 
-  /** Asks for drawing at the next refresh of the screen. */
+  /** Requests drawing in the next animation frame. */
   redraw(): void {
     if (this.frame_request === 0 && !this.disposed) {
       this.frame_request = requestAnimationFrame(() => this.draw());
@@ -216,7 +215,7 @@ export class CameraImage {
     try {
       this.take(image, await this.decoded(image, this.eighths_wanted));
     } catch {
-      // A frame that cannot be decoded is not shown; the next one is a thirtieth of a second away.
+      // A frame that cannot be decoded is skipped.
       this.skipped += 1;
     }
     this.decoding = false;
@@ -229,14 +228,14 @@ export class CameraImage {
     return { ...(await decodeJpeg(image.jpeg, image.jpeg_width_px, image.jpeg_height_px, eighths)), eighths };
   }
 
-  /** How finely the JPEG must be decoded for what is shown of it. */
+  /** Resolution at which the JPEG must be decoded for the current scale, in eighths. */
   private get eighths_wanted(): number {
-    // Before the first frame the size on the screen is not known; stripes are judged pixel by pixel.
+    // The scale is not known before the first frame; the zebra needs every pixel.
     if (!this.shown || this.zebra) return WHOLE;
     return eighthsFor(this.view_.scale * this.shown.image.scale * devicePixelRatio);
   }
 
-  /** Decodes the frame on the screen again if more of it is shown than was decoded. */
+  /** Decodes the displayed frame again if the current scale requires a higher resolution. */
   private refine(): void {
     const { shown } = this;
     const eighths = this.eighths_wanted;
@@ -253,7 +252,7 @@ export class CameraImage {
       this.zebra?.take(shown.bitmap);
       this.redraw();
     };
-    // It was decoded before; should it fail, the coarser one stays.
+    // If this fails, the lower resolution stays.
     this.decoded(image, eighths).then(replace, () => undefined);
   }
 
@@ -289,21 +288,21 @@ export class CameraImage {
   }
 
   private resize(): void {
-    this.place_size = { width: this.place.clientWidth, height: this.place.clientHeight };
+    this.container_size = { width: this.container.clientWidth, height: this.container.clientHeight };
     for (const canvas of [this.image_canvas, this.line_canvas]) {
-      canvas.width = Math.max(1, Math.round(this.place_size.width * devicePixelRatio));
-      canvas.height = Math.max(1, Math.round(this.place_size.height * devicePixelRatio));
+      canvas.width = Math.max(1, Math.round(this.container_size.width * devicePixelRatio));
+      canvas.height = Math.max(1, Math.round(this.container_size.height * devicePixelRatio));
     }
     if (this.is_fitted) this.fit();
-    else this.setTransform(panned(this.view_, 0, 0, this.place_size, this.image_size), false);
+    else this.setTransform(panned(this.view_, 0, 0, this.container_size, this.image_size), false);
   }
 
   private setTransform(view: ImageTransform, is_fitted: boolean): void {
     this.view_ = view;
     this.is_fitted = is_fitted;
-    // A finger on the whole image scrolls the page; on a part of it, it moves the image.
-    this.place.style.touchAction = is_fitted ? "pan-y" : "none";
-    this.place.dataset.view = `${view.scale} ${view.left} ${view.top}`;
+    // Touch scrolls the page while the whole image is visible, and pans the image otherwise.
+    this.container.style.touchAction = is_fitted ? "pan-y" : "none";
+    this.container.dataset.view = `${view.scale} ${view.left} ${view.top}`;
     this.events.viewed?.(view, is_fitted);
     this.refine();
     this.redraw();
@@ -330,7 +329,7 @@ export class CameraImage {
     if (this.marked) drawMark(this.line_context, this.view_, this.marked);
     if (this.drawn_pending) {
       this.drawn_pending = false;
-      this.place.dataset.sequence = String(image.sequence);
+      this.container.dataset.sequence = String(image.sequence);
       this.events.drawn?.(image);
     }
   }
@@ -339,8 +338,8 @@ export class CameraImage {
     const { scale, left, top } = this.view_;
     const [width, height] = [share * image.jpeg_width_px, share * image.jpeg_height_px];
     const to_scale = (scale * image.scale) / share;
-    // Enlarged pixels stay squares: what is measured is pixels.
-    // Much reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
+    // Magnified pixels are drawn as squares, without interpolation.
+    // At small scales pixels are averaged: thin lines would otherwise break into dots.
     this.image_context.imageSmoothingQuality = to_scale * devicePixelRatio < HALF ? "medium" : "low";
     this.image_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
     const shown = this.zebra?.canvas ?? bitmap;

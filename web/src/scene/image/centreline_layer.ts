@@ -1,4 +1,4 @@
-/** Draws the centrelines of a frame over its image, in order colours, each order named once. */
+/** Draws the centrelines of a frame over its image in the colours of the orders, each order labelled once. */
 
 import type { ImageMessage, Line } from "../../stream/protocol";
 import { NO_ORDER, orderColour, orderName } from "../../theme";
@@ -7,17 +7,17 @@ import { type ImageTransform, xOfU, yOfV } from "./image_transform";
 /** Width of a centreline, CSS px. */
 const LINE_PX = 1.5;
 
-/** From this magnification on, each point is shown. */
+/** Scale from which each point is drawn. */
 const POINTS_FROM_SCALE = 6;
 const POINT_RADIUS_PX = 2.5;
 
-/** Neighbouring points of a line are one pixel apart; wider gaps are interruptions. */
+/** Neighbouring points of a line are one pixel apart; larger distances are gaps. */
 const GAP_PX = 1.5;
 
-/** Points nearer to each other than this are one on the screen: every further one costs and shows nothing, device px. */
+/** Points closer than this to the previous one are skipped, because they are not visible, device px. */
 const APART_PX = 0.6;
 
-/** Lines shorter than this get no name, points. */
+/** Minimum length of a labelled line, points. */
 const NAMED_FROM_POINTS = 60;
 
 const LABEL_FONT = "600 12px system-ui, 'DejaVu Sans', sans-serif";
@@ -41,7 +41,7 @@ export function drawCentrelines(
   nameOrders(context, view, image, hidden, along_u);
 }
 
-/** Whether the lines of a frame run along its rows. */
+/** Whether the lines of a frame run along the image rows. */
 export function runAlongU(image: ImageMessage): boolean {
   const { points } = image;
   let [along_u, along_v] = [0, 0];
@@ -101,7 +101,7 @@ function fillPoints(
   context.fill();
 }
 
-/** The name of each order where its first long line begins. */
+/** Labels each order at the start of its first long line. */
 function nameOrders(
   context: CanvasRenderingContext2D,
   view: ImageTransform,

@@ -1,30 +1,30 @@
-/** Mouse, fingers, wheel and keys on an image: zoom, move, point at something. */
+/** Mouse, touch, wheel and keyboard input on an image. */
 
-/** What a person does to an image; places are CSS px from its top-left corner. */
+/** Actions on an image; positions are CSS px from the top-left corner of the container. */
 export interface ImageControls {
   zoomAt(factor: number, x: number, y: number): void;
   pan(dx: number, dy: number): void;
   fit(): void;
-  /** Where the pointer is; `undefined` when it has left. */
+  /** The pointer moved; `undefined`: it has left. */
   point(x: number | undefined, y: number): void;
 }
 
-/** One notch of a wheel (100 px of it) zooms by this factor. */
+/** Zoom factor of one wheel notch (100 px). */
 const WHEEL_FACTOR = 1.25;
 const KEY_FACTOR = 1.25;
 const KEY_PAN_PX = 40;
 
-/** Listens on `place` until the returned function is called. */
-export function listen(place: HTMLElement, hands: ImageControls): () => void {
+/** Listens on `container` until the returned function is called. */
+export function listen(container: HTMLElement, hands: ImageControls): () => void {
   const ended = new AbortController();
   const { signal } = ended;
   const down = new Map<number, { x: number; y: number }>();
   const at = (event: MouseEvent) => {
-    const box = place.getBoundingClientRect();
+    const box = container.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   };
 
-  place.addEventListener(
+  container.addEventListener(
     "wheel",
     (event) => {
       event.preventDefault();
@@ -34,16 +34,16 @@ export function listen(place: HTMLElement, hands: ImageControls): () => void {
     },
     { signal, passive: false },
   );
-  place.addEventListener(
+  container.addEventListener(
     "pointerdown",
     (event) => {
       if (event.button !== 0) return;
       down.set(event.pointerId, at(event));
-      place.setPointerCapture(event.pointerId);
+      container.setPointerCapture(event.pointerId);
     },
     { signal },
   );
-  place.addEventListener(
+  container.addEventListener(
     "pointermove",
     (event) => {
       const now = at(event);
@@ -54,15 +54,15 @@ export function listen(place: HTMLElement, hands: ImageControls): () => void {
     { signal },
   );
   const up = (event: PointerEvent) => void down.delete(event.pointerId);
-  place.addEventListener("pointerup", up, { signal });
-  place.addEventListener("pointercancel", up, { signal });
-  place.addEventListener("pointerleave", () => hands.point(undefined, 0), { signal });
-  place.addEventListener("dblclick", () => hands.fit(), { signal });
-  place.addEventListener("keydown", (event) => onKey(event, place, hands), { signal });
+  container.addEventListener("pointerup", up, { signal });
+  container.addEventListener("pointercancel", up, { signal });
+  container.addEventListener("pointerleave", () => hands.point(undefined, 0), { signal });
+  container.addEventListener("dblclick", () => hands.fit(), { signal });
+  container.addEventListener("keydown", (event) => onKey(event, container, hands), { signal });
   return () => ended.abort();
 }
 
-/** One finger moves the image, two fingers zoom it about their middle. */
+/** One finger pans the image, two fingers zoom it about their midpoint. */
 function drag(
   down: Map<number, { x: number; y: number }>,
   id: number,
@@ -80,9 +80,9 @@ function drag(
   down.set(id, now);
 }
 
-function onKey(event: KeyboardEvent, place: HTMLElement, hands: ImageControls): void {
+function onKey(event: KeyboardEvent, container: HTMLElement, hands: ImageControls): void {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  const middle = [place.clientWidth / 2, place.clientHeight / 2] as const;
+  const middle = [container.clientWidth / 2, container.clientHeight / 2] as const;
   const acts: Record<string, () => void> = {
     "+": () => hands.zoomAt(KEY_FACTOR, ...middle),
     "-": () => hands.zoomAt(1 / KEY_FACTOR, ...middle),

@@ -1,27 +1,27 @@
 /**
- * JPEG to pixels, no larger than they are looked at.
+ * Decodes JPEG images at the resolution at which they are displayed.
  *
- * A JPEG is stored in blocks of 8 × 8, and a block can be turned into 1 × 1 to 8 × 8 pixels, each the mean of what it
- * covers. An image that is shown at a third of its size is decoded at three eighths: a fourth of the work, and nothing
- * that the screen has pixels for is missing. Browsers without `ImageDecoder` decode the whole.
+ * A JPEG consists of blocks of 8 × 8 pixels, which can be decoded to 1 × 1 to 8 × 8 pixels, each the mean of the area
+ * it covers. An image displayed at a third of its size is decoded at three eighths, with a quarter of the work and no
+ * visible loss. Browsers without `ImageDecoder` decode at full resolution.
  */
 
-/** The finest: a pixel for every pixel. */
+/** Full resolution, in eighths. */
 export const WHOLE = 8;
 
-/** Pixels of a JPEG, and which share of its columns and rows they are. */
+/** A decoded JPEG and its resolution. */
 export interface Decoded {
   bitmap: ImageBitmap;
-  /** Columns and rows of `bitmap` per column and row of the JPEG; the last ones may be cut. */
+  /** Columns and rows of `bitmap` per column and row of the JPEG; those at the edge may be partial. */
   share: number;
 }
 
-/** Eighths of the size that suffice where a pixel of the JPEG is `scale` pixels of the screen wide. */
+/** Sufficient resolution, in eighths, if a pixel of the JPEG is displayed `scale` device pixels wide. */
 export function eighthsFor(scale: number): number {
   return Math.min(WHOLE, Math.max(1, Math.ceil(WHOLE * scale - 1e-6)));
 }
 
-/** Decodes at so many eighths of the size, or at all of it. */
+/** Decodes at a resolution given in eighths, or at full resolution. */
 export async function decodeJpeg(
   jpeg: Uint8Array,
   width_px: number,
@@ -33,7 +33,7 @@ export async function decodeJpeg(
     "ImageDecoder" in globalThis
       ? await decodedAt(data, width_px, height_px, eighths)
       : await createImageBitmap(new Blob([data], { type: "image/jpeg" }));
-  // A part of a pixel at the edge is a whole one there.
+  // Partial pixels at the edge count as whole ones in `bitmap`.
   const got = Math.max(1, Math.floor((WHOLE * bitmap.width) / width_px));
   return { bitmap, share: got / WHOLE };
 }

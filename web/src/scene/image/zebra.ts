@@ -1,20 +1,20 @@
 /**
- * Stripes over the pixels of an image that are at full scale.
+ * Draws stripes over the saturated pixels of an image.
  *
- * Works by compositing alone, so that no frame is copied into the script's memory: 1 − grey, magnified until every
- * grey level below the limit is white, inverted, is a mask of the saturated pixels.
+ * Uses canvas compositing only, so that no pixels are copied into JavaScript memory. The mask of saturated pixels is
+ * the inverse of 1 − grey, amplified until every grey level below the limit is white.
  */
 
 /**
- * Grey levels from 253 on count as full scale, since a JPEG rounds; dodging with 252 magnifies by 255 / 3, so that 252
- * and less are ruled out.
+ * Grey levels from 253 on count as full scale, because JPEG rounds; colour dodge with 252 amplifies by 255 / 3, so that
+ * 252 and less become white.
  */
 const DODGE = "#fcfcfc";
 
-/** Width of a stripe and of the gap beside it together, px of the frame. */
+/** Period of the stripes, px of the frame. */
 const STRIPE_PERIOD_PX = 8;
 
-/** What a difference with white turns to red. */
+/** Colour whose difference from white is red. */
 const STRIPE_COLOUR = "#00ffff";
 
 export class Zebra {
@@ -22,7 +22,7 @@ export class Zebra {
   private readonly mask = document.createElement("canvas");
   private stripes: CanvasPattern | undefined;
 
-  /** Makes `canvas` the image with stripes. */
+  /** Draws the image with stripes on `canvas`. */
   take(image: ImageBitmap): void {
     const [mask, shown] = [this.mask.getContext("2d"), this.canvas.getContext("2d")];
     if (!mask || !shown) return;

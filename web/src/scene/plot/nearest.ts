@@ -1,4 +1,4 @@
-/** Which point of a frame a person means. */
+/** Finds the point of a frame selected by pointer or keys. */
 
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 
@@ -9,7 +9,7 @@ export interface LinePoint {
   v_px: number;
 }
 
-/** The nearest point of a shown line within `radius_px` of a position of the frame. */
+/** The nearest point of a visible line within `radius_px` of a position of the frame. */
 export function nearestLinePoint(
   image: ImageMessage,
   at: { u_px: number; v_px: number },
@@ -34,11 +34,11 @@ export function nearestLinePoint(
   };
 }
 
-/** Index of the profile's point that was seen at a point of a line; `undefined` if it gave no point. */
+/** Index of the profile point of a line point; `undefined` if there is none. */
 export function profilePointAt(profile: ProfileMessage, at: LinePoint): number | undefined {
   const range = profile.orders.find((row) => row.order === at.order);
   if (!range) return undefined;
-  // Both messages round to the same units; half a unit is room for nothing but the division.
+  // Both messages use the same units; half a unit allows for rounding of the division only.
   const [u, v] = [at.u_px * profile.units_per_px, at.v_px * profile.units_per_px];
   for (let idx = range.first; idx < range.first + range.n_points; idx++) {
     const [du, dv] = [(profile.pixels[2 * idx] ?? 0) - u, (profile.pixels[2 * idx + 1] ?? 0) - v];
@@ -47,12 +47,12 @@ export function profilePointAt(profile: ProfileMessage, at: LinePoint): number |
   return undefined;
 }
 
-/** The order of a profile's point. */
+/** The order of a profile point. */
 export function orderOfPoint(profile: ProfileMessage, idx: number): number | undefined {
   return profile.orders.find((row) => idx >= row.first && idx < row.first + row.n_points)?.order;
 }
 
-/** Index of the profile's shown point that is nearest on the screen, within `radius` of its px. */
+/** Index of the visible profile point nearest on the screen, within `radius`. */
 export function nearestProfilePoint(
   profile: ProfileMessage,
   distanceSquared: (along_mm: number, z_mm: number) => number,
@@ -71,14 +71,14 @@ export function nearestProfilePoint(
   return best < 0 ? undefined : best;
 }
 
-/** The point beside another one, along its order; over the ends it stays. */
+/** The next point along the same order; stops at the ends. */
 export function neighbour(profile: ProfileMessage, idx: number, step: number): number {
   const range = profile.orders.find((row) => idx >= row.first && idx < row.first + row.n_points);
   if (!range) return idx;
   return Math.min(range.first + range.n_points - 1, Math.max(range.first, idx + step));
 }
 
-/** The point of the next shown order (`step` 1) or the one before (−1) at about the same place along the line. */
+/** The point of the next (`step` 1) or previous (−1) visible order at about the same position along the line. */
 export function acrossOrders(
   profile: ProfileMessage,
   idx: number,

@@ -1,6 +1,6 @@
 /**
- * z over x of all orders of the newest profile. uPlot draws axes and takes the zoom; the points are drawn into its
- * canvas straight from the message, so that no frame is copied.
+ * Plots z over x of all orders of a profile. uPlot draws the axes and handles zooming; the points are drawn into its
+ * canvas directly from the message, without copying.
  */
 
 import uPlot from "uplot";
@@ -10,16 +10,16 @@ import { orderColour, orderName } from "../../theme";
 import { acrossOrders, nearestProfilePoint, neighbour } from "./nearest";
 import { SteadyRange } from "./steady_range";
 
-/** The pointer means a point up to so far away, CSS px. */
+/** A point is selected within this distance of the pointer, CSS px. */
 const POINTER_RADIUS_PX = 24;
 
-/** Points nearer to each other than this are one on the screen, device px. */
+/** Points closer than this to the previous one are skipped, device px. */
 const APART_PX = 1;
 
-/** A step with Shift, points. */
+/** Step of the arrow keys with Shift, points. */
 const LONG_STEP = 20;
 
-/** Smallest spans shown, mm. */
+/** Smallest spans of the axes, mm. */
 const LEAST_ALONG_MM = 5;
 const LEAST_Z_MM = 0.5;
 
@@ -37,7 +37,7 @@ export interface PlotLabels {
   number: (value: number) => string;
 }
 
-/** uPlot needs data to plot; the points are painted by `paint`. */
+/** Dummy data for uPlot; the points are drawn by `paint`. */
 const NO_DATA: uPlot.AlignedData = [
   [0, 1],
   [null, null],
@@ -60,37 +60,38 @@ export class ProfilePlot {
 
   /** `pointed` gets the index of the profile point under the pointer. */
   constructor(
-    private readonly place: HTMLElement,
+    private readonly container: HTMLElement,
     private labels: PlotLabels,
     private readonly hidden: ReadonlySet<number>,
     private readonly pointed: (idx: number | undefined) => void,
   ) {
-    this.plot = new uPlot(this.options(), NO_DATA, place);
+    this.plot = new uPlot(this.options(), NO_DATA, container);
     this.resized = new ResizeObserver(() => {
-      if (place.clientWidth > 0) this.plot.setSize({ width: place.clientWidth, height: place.clientHeight });
+      if (container.clientWidth > 0)
+        this.plot.setSize({ width: container.clientWidth, height: container.clientHeight });
     });
-    this.resized.observe(place);
+    this.resized.observe(container);
     const { signal } = this.listening;
-    place.addEventListener("keydown", (event) => this.onKey(event), { signal });
+    container.addEventListener("keydown", (event) => this.onKey(event), { signal });
     this.plot.over.addEventListener("pointermove", (event) => this.onPointer(event), { signal });
     this.plot.over.addEventListener("pointerleave", () => this.pointed(undefined), { signal });
     this.plot.over.addEventListener("dblclick", () => this.wholeRange(), { signal });
   }
 
-  /** Shows a profile at the next refresh of the screen; `undefined` empties the plot. */
+  /** Shows a profile in the next animation frame; `undefined` clears the plot. */
   show(profile: ProfileMessage | undefined): void {
     this.profile = profile;
     this.redraw();
   }
 
-  /** Marks a point of the profile that is shown. */
+  /** Marks a point of the displayed profile. */
   mark(idx: number | undefined): void {
     if (idx === this.marked) return;
     this.marked = idx;
     this.redraw();
   }
 
-  /** Words in another language. */
+  /** Changes the language of the labels. */
   setLabels(labels: PlotLabels): void {
     this.labels = labels;
     this.redraw();
@@ -100,7 +101,7 @@ export class ProfilePlot {
     if (this.frame_request === 0) this.frame_request = requestAnimationFrame(() => this.draw());
   }
 
-  /** Draws what is asked for at once: for those who are drawing themselves. */
+  /** Draws now if drawing was requested; for callers inside an animation frame. */
   drawNow(): void {
     if (this.frame_request === 0) return;
     cancelAnimationFrame(this.frame_request);
@@ -116,11 +117,11 @@ export class ProfilePlot {
   }
 
   private options(): uPlot.Options {
-    const place = this.place;
+    const container = this.container;
     const values = (_plot: uPlot, splits: number[]) => splits.map((value) => this.labels.number(value));
     return {
-      width: Math.max(100, place.clientWidth),
-      height: Math.max(80, place.clientHeight),
+      width: Math.max(100, container.clientWidth),
+      height: Math.max(80, container.clientHeight),
       legend: { show: false },
       cursor: {
         points: { show: false },
@@ -128,7 +129,7 @@ export class ProfilePlot {
         bind: { dblclick: () => null },
       },
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
-      // Nearer to the camera is higher: parts stand as they stand on the table.
+      // Near the camera is up, so that parts appear upright.
       scales: { x: { time: false, range: givenRange }, y: { range: givenRange, dir: -1 } },
       axes: [
         { ...AXIS, values, size: 34, label: this.labels.along("x"), labelSize: 18, labelGap: 0 },
@@ -155,7 +156,7 @@ export class ProfilePlot {
     } else this.plot.redraw(false, false);
   }
 
-  /** Lets the axes follow what is shown. */
+  /** Adapts the axes to the displayed profile. */
   private followData(): void {
     const { profile } = this;
     if (!profile) return;
@@ -182,7 +183,7 @@ export class ProfilePlot {
     const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
     const axis = profile.along === "x" ? 0 : 1;
     const gap = 1.5 * profile.units_per_px;
-    // As `valToPos` places values on a linear scale, for thousands of points.
+    // Same as `valToPos` for a linear scale, but fast enough for thousands of points.
     const [from_x, from_y] = [plot.scales.x?.min ?? 0, plot.scales.y?.min ?? 0];
     const [left, top] = [plot.valToPos(from_x, "x", true), plot.valToPos(from_y, "y", true)];
     const to_x = plot.valToPos(from_x + 1, "x", true) - left;
@@ -220,7 +221,7 @@ export class ProfilePlot {
     context.restore();
   }
 
-  /** The name of an order where its curve begins. */
+  /** Labels an order at the start of its curve. */
   private name(
     plot: uPlot,
     profile: ProfileMessage,
@@ -228,7 +229,7 @@ export class ProfilePlot {
   ): void {
     if (range.n_points < LONG_STEP) return;
     const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
-    // Orders begin at about the same x: each is named a little further along, so that names do not lie on each other.
+    // Orders start at about the same x: labels are staggered, so that they do not overlap.
     const idx = this.nameAt(profile, range);
     const context = plot.ctx;
     const [x, y] = [plot.valToPos(along[idx] ?? 0, "x", true), plot.valToPos(profile.z_mm[idx] ?? 0, "y", true)];

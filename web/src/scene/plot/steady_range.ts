@@ -1,6 +1,6 @@
-/** A range of an axis that follows the data without trembling. */
+/** Range of an axis that follows the data without jitter. */
 
-/** Room beyond the data on either side, share of their span. */
+/** Margin on either side of the data, share of their span. */
 const MARGIN = 0.06;
 
 /** The range shrinks when the data fill less than this share of it. */
@@ -9,14 +9,14 @@ const SHRINKS_BELOW = 0.55;
 export class SteadyRange {
   private range: readonly [number, number] | undefined;
 
-  /** `least`: the smallest span that is shown, so that noise alone does not fill the plot. */
+  /** `least`: the smallest span, so that noise alone does not fill the plot. */
   constructor(private readonly least: number) {}
 
   get value(): readonly [number, number] | undefined {
     return this.range;
   }
 
-  /** Takes the extent of the newest data; answers whether the range changed. */
+  /** Adapts the range to the extent of new data; returns whether it changed. */
   follow(min: number, max: number): boolean {
     if (!(max >= min)) return false;
     const span = Math.max(max - min, this.least);

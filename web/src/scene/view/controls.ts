@@ -1,27 +1,27 @@
-/** Mouse, fingers and keys move the view; a short click picks. */
+/** Mouse, touch and keyboard control of the view; a click picks a point. */
 
 import type { Orbit, ViewName } from "./orbit";
 
-/** Half a turn across the height of the view. */
+/** Rotation by a drag across the height of the view. */
 const TURN_RAD = Math.PI;
 
-/** A press that moved less is a click. */
+/** A press with less movement is a click, CSS px. */
 const CLICK_PX = 4;
 
-/** Zoom of one notch of a wheel, and of a key. */
+/** Zoom per wheel pixel, and zoom factor of a key. */
 const ZOOM_PER_PX = 0.0012;
 const KEY_ZOOM = 0.85;
 
-/** Turn and shift of an arrow key. */
+/** Rotation and pan of an arrow key. */
 const KEY_TURN_RAD = Math.PI / 24;
 const KEY_PAN = 0.06;
 
 const VIEW_KEYS: Record<string, ViewName> = { "1": "front", "2": "top", "3": "side", "0": "iso" };
 
 export interface ControlEvents {
-  /** The view moved. */
+  /** The view was moved. */
   moved(): void;
-  /** A place was clicked, CSS pixels from the top left corner. */
+  /** A position was clicked, CSS pixels from the top-left corner. */
   picked(x_px: number, y_px: number): void;
   fit(): void;
   view(name: ViewName): void;

@@ -1,8 +1,8 @@
 /**
- * Where the viewer stands: on a sphere around a target, in perspective or parallel projection.
+ * An orbit camera around a target, with perspective or orthographic projection.
  *
- * The part frame has x to the right and y down in the image, z away from the camera. Here "up" is towards the camera
- * (−z) and "front" is the lower edge of the image (+y).
+ * In the part frame, x points to the right and y down in the camera image, z away from the camera. Here "up" is towards
+ * the camera (−z), and "front" is the lower edge of the image (+y).
  */
 
 import type { Box } from "../cloud/cloud";
@@ -20,13 +20,13 @@ const VIEWS: Record<ViewName, readonly [number, number]> = {
   iso: [32 * DEGREE, 38 * DEGREE],
 };
 
-/** Height of the field of view in perspective. */
+/** Vertical field of view in perspective. */
 const FIELD_RAD = 32 * DEGREE;
 
-/** Room around what is fitted, as a factor. */
+/** Margin around a fitted box, as a factor. */
 const FIT_ROOM = 1.06;
 
-/** Nearest and farthest distance of the eye to its target, mm. */
+/** Smallest and largest distance of the eye from the target, mm. */
 const NEAREST_MM = 0.5;
 const FARTHEST_MM = 20_000;
 
@@ -39,7 +39,7 @@ export class Orbit {
   private aspect = 1;
   private radius_mm = 100;
 
-  /** Half of what is seen at the target, across the height of the view, mm. */
+  /** Half of the visible height at the target, mm. */
   get half_height_mm(): number {
     return this.distance_mm * Math.tan(FIELD_RAD / 2);
   }
@@ -55,12 +55,12 @@ export class Orbit {
     };
   }
 
-  /** Clip space from the part frame: a column-major 4×4 matrix as OpenGL has it. */
+  /** Clip space from the part frame: a column-major 4×4 OpenGL matrix. */
   clip(): number[] {
     const { right, up, back } = this.basis();
     const eye = addScaled(this.target, back, this.distance_mm);
     const far = this.distance_mm + 4 * this.radius_mm;
-    // Parallel rays come from anywhere: nothing is behind the eye.
+    // In orthographic projection nothing is behind the eye.
     const before = this.distance_mm - 4 * this.radius_mm;
     const near = this.orthographic ? before : Math.max(this.distance_mm / 100, before);
     const depth = far - near;
@@ -83,12 +83,12 @@ export class Orbit {
     this.aspect = aspect;
   }
 
-  /** Looks from a standard direction. */
+  /** Sets a standard view direction. */
   view(name: ViewName): void {
     [this.azimuth_rad, this.elevation_rad] = VIEWS[name];
   }
 
-  /** Goes so far away that the whole box is seen, from the present direction. */
+  /** Fits a box into the view without changing the direction. */
   fit(box: Box): void {
     const corners = Array.from({ length: 8 }, (_, at): Vec3 => {
       const side = (axis: 0 | 1 | 2) => ((at >> axis) & 1 ? box.max : box.min)[axis];
@@ -107,20 +107,20 @@ export class Orbit {
     this.distance_mm = clamp(Math.max(...distances), NEAREST_MM, FARTHEST_MM);
   }
 
-  /** Turns around the target. */
+  /** Rotates around the target. */
   turn(azimuth_rad: number, elevation_rad: number): void {
     this.azimuth_rad += azimuth_rad;
     this.elevation_rad = clamp(this.elevation_rad + elevation_rad, -90 * DEGREE, 90 * DEGREE);
   }
 
-  /** Moves the target across the view, in shares of the view's height. */
+  /** Pans, in shares of the view's height. */
   pan(right: number, up: number): void {
     const basis = this.basis();
     const height_mm = 2 * this.half_height_mm;
     this.target = addScaled(addScaled(this.target, basis.right, height_mm * right), basis.up, height_mm * up);
   }
 
-  /** Goes nearer (factor below 1) towards a place of the view, in half heights from its centre. */
+  /** Zooms (factor below 1: in) towards a position of the view, in half heights from its centre. */
   zoom(factor: number, right = 0, up = 0): void {
     const before = this.distance_mm;
     this.distance_mm = clamp(before * factor, NEAREST_MM, FARTHEST_MM);

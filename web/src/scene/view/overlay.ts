@@ -1,4 +1,4 @@
-/** Lines and letters over the cloud: axes, scale bar, picked points and the line between them. */
+/** SVG overlay of the cloud: axes, scale bar, picked points and the line between them. */
 
 import { type Projection, project } from "../cloud/picking";
 import { dot, type Vec3 } from "../cloud/shapes";
@@ -6,11 +6,11 @@ import type { Orbit } from "./orbit";
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Length of the drawn axes and their distance from the corner. */
+/** Length of the axes and their distance from the corner, CSS px. */
 const AXIS_PX = 28;
 const CORNER_PX = 44;
 
-/** The scale bar is a round length of about this width. */
+/** Approximate width of the scale bar, CSS px. */
 const BAR_PX = 120;
 
 const AXES: readonly { name: string; direction: Vec3 }[] = [
@@ -38,7 +38,7 @@ export class Overlay {
     host.append(this.svg, this.bar_text);
   }
 
-  /** Draws everything anew for a view of so many CSS pixels. */
+  /** Redraws the overlay for a view of the given size. */
   draw(orbit: Orbit, clip: Projection, marks: readonly Vec3[], width_px: number, height_px: number): void {
     this.drawAxes(orbit, height_px);
     this.drawBar(orbit, width_px, height_px);
@@ -62,7 +62,7 @@ export class Overlay {
     });
   }
 
-  /** Paints scale bar and axes into an image of so many CSS pixels, for paper. */
+  /** Draws scale bar and axes on a canvas, for printing. */
   paint(context: CanvasRenderingContext2D, orbit: Orbit, width_px: number, height_px: number): void {
     const { left, right, y, label } = barOf(orbit, width_px, height_px);
     context.strokeStyle = context.fillStyle = "#ffffff";
@@ -117,7 +117,7 @@ export class Overlay {
   }
 }
 
-/** A bar of a round length in the right lower corner: true in parallel projection, and at the target in perspective. */
+/** A scale bar of a round length in the lower right corner; in perspective it is valid at the target. */
 function barOf(orbit: Orbit, width_px: number, height_px: number) {
   const px_per_mm = height_px / 2 / orbit.half_height_mm;
   const length_mm = roundLength(BAR_PX / px_per_mm);
@@ -126,7 +126,7 @@ function barOf(orbit: Orbit, width_px: number, height_px: number) {
   return { left: right - length_mm * px_per_mm, right, y, label };
 }
 
-/** The largest of 1, 2, 5 · 10ⁿ not above a length. */
+/** The largest of 1, 2, 5 · 10ⁿ that does not exceed a length. */
 export function roundLength(length: number): number {
   const power = 10 ** Math.floor(Math.log10(length));
   const digit = [5, 2, 1].find((digit) => digit * power <= length * (1 + 1e-9)) ?? 1;

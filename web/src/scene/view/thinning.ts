@@ -1,47 +1,47 @@
 /**
- * How much of a cloud is drawn while it moves or grows: as much as keeps the pace.
+ * Level of detail: reduces the number of points drawn while the view moves or the cloud grows, to keep the frame rate.
  *
- * The time of the graphics card shows only in how late the next frame comes. Frames that come late thin the cloud to
- * half, a row of frames in time brings half of it back; a view that rests is drawn in full.
+ * GPU time can be observed only as the delay of the next frame. A late frame halves the number of points, a series of
+ * frames in time doubles it; a view at rest is drawn completely.
  */
 
-/** A frame later than this is late: 30 images per second. */
+/** A frame later than this is late: 30 frames per second. */
 const LATE_MS = 34;
 
-/** So many frames in time before more is drawn again. */
+/** Number of frames in time before the number of points is doubled. */
 const IN_TIME_FRAMES = 20;
 
-/** Points that a moving view begins with at most; weak graphics draw so many in time. */
+/** Maximum number of points at the start of a movement, suitable for a slow GPU. */
 const BEGIN_POINTS = 2_000_000;
 
 export class Thinning {
-  /** One point in so many is drawn; a power of two. */
-  thinning = 1;
+  /** Factor by which the number of points is reduced; a power of two. */
+  factor = 1;
   private in_time = 0;
 
   constructor(private readonly coarsest: number) {}
 
-  /** A movement of a cloud of so many points begins. */
+  /** Called when a movement starts. */
   begin(n_points: number): void {
-    while (this.thinning < this.coarsest && n_points / this.thinning > BEGIN_POINTS) this.thinning *= 2;
+    while (this.factor < this.coarsest && n_points / this.factor > BEGIN_POINTS) this.factor *= 2;
   }
 
-  /** A frame came so long after the one before. */
+  /** Called for every frame. */
   frame(since_last_ms: number): void {
     if (since_last_ms > LATE_MS) {
       this.in_time = 0;
-      this.thinning = Math.min(this.coarsest, 2 * this.thinning);
+      this.factor = Math.min(this.coarsest, 2 * this.factor);
       return;
     }
     this.in_time += 1;
     if (this.in_time < IN_TIME_FRAMES) return;
     this.in_time = 0;
-    this.thinning = Math.max(1, this.thinning / 2);
+    this.factor = Math.max(1, this.factor / 2);
   }
 
-  /** The view rests. */
+  /** Called when the view is at rest. */
   rest(): void {
     this.in_time = 0;
-    this.thinning = 1;
+    this.factor = 1;
   }
 }

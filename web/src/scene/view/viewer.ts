@@ -1,8 +1,8 @@
 /**
- * Draws the cloud of a scan while it grows, and its mesh. Draws when something changed, never else.
+ * Draws the point cloud of a scan while it grows, and its mesh. Draws only after changes.
  *
- * Blocks wait in a queue and are written within a budget per frame, so that a burst of points never holds up the page.
- * Everything on the card has a copy in memory: a lost WebGL context is filled again from it.
+ * Blocks are queued and written within a time budget per frame, so that a burst of points does not block the page.
+ * All GPU data have a copy in memory, from which they are restored after a loss of the WebGL context.
  */
 
 import type { PointsBlock } from "../../stream/protocol";
@@ -21,19 +21,19 @@ import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
 import { Thinning } from "./thinning";
 
-/** Time of a frame for writing points; the rest of 8 ms is for drawing. */
+/** Time per frame for writing points, of about 8 ms in total. */
 const WRITE_BUDGET_MS = 2;
 
-/** After so long without movement or new points the cloud is drawn in full. */
+/** Time without movement or new points after which the cloud is drawn completely. */
 const REST_AFTER_MS = 180;
 
-/** Grey of `--data-ground`. */
+/** Background colour, that of `--data-ground`. */
 const GROUND = rgb("#14171a");
 
-/** Distance of points that touch, mm, for the size in which they are drawn. */
+/** Point size, mm. */
 const SPACING_MM = 0.22;
 
-/** Frames whose times are remembered. */
+/** Number of frame times kept. */
 const REMEMBERED_FRAMES = 4096;
 
 export interface ViewerEvents {
@@ -43,7 +43,7 @@ export interface ViewerEvents {
   /** The user clears the picked points. */
   onCleared?: () => void;
   onProjection?: (orthographic: boolean) => void;
-  /** The graphics card was lost, or is there again. */
+  /** The WebGL context was lost or restored. */
   onContext?: (lost: boolean) => void;
 }
 
@@ -51,7 +51,7 @@ export interface ViewerStatistics {
   n_points: number;
   n_drawn: number;
   n_waiting_blocks: number;
-  /** Points written to memory and card; recolouring leaves it as it is. */
+  /** Points uploaded to the GPU; recolouring uploads none. */
   n_uploaded: number;
   thinning: number;
   /** Script time of the latest frames, ms. */
@@ -67,7 +67,7 @@ export class CloudViewer {
   private readonly overlay: Overlay;
   private readonly controls: Controls;
   private readonly watch: ResizeObserver;
-  private readonly pace = new Thinning(LANES);
+  private readonly thinning = new Thinning(LANES);
   private layer: CloudLayer;
   private mesh: MeshLayer | undefined;
   private waiting: PointsBlock[] = [];
@@ -81,11 +81,11 @@ export class CloudViewer {
   private rest_timer: ReturnType<typeof setTimeout> | undefined;
   private n_drawn = 0;
   private frame_ms: number[] = [];
-  /** Whether the person chose the view; else it follows the growing cloud. */
+  /** Whether the user has moved the view; otherwise it follows the growing cloud. */
   private chosen = false;
   private lost = false;
 
-  /** Puts a canvas into `host`. Throws where the browser has no WebGL 2. */
+  /** Adds a canvas to `host`. Throws if the browser does not support WebGL 2. */
   constructor(
     private readonly host: HTMLElement,
     private readonly events: ViewerEvents = {},
@@ -113,7 +113,7 @@ export class CloudViewer {
     this.resize();
   }
 
-  /** Adds a block of points; it is drawn with one of the next frames. */
+  /** Adds a block of points, which is drawn in one of the next frames. */
   append(block: PointsBlock): void {
     this.waiting.push(block);
     this.active();
@@ -140,7 +140,7 @@ export class CloudViewer {
     this.invalidate();
   }
 
-  /** The feature that deviations refer to. */
+  /** Sets the feature from which deviations are computed. */
   deviateFrom(feature: Feature | undefined): void {
     this.feature = feature;
     Object.assign(this.uniforms, featureUniforms(feature));
@@ -182,7 +182,7 @@ export class CloudViewer {
     this.invalidate();
   }
 
-  /** Looks for the point at a place of the canvas, CSS pixels. */
+  /** Picks the point at a position of the canvas, CSS pixels. */
   pickAt(x_px: number, y_px: number): void {
     if (!this.shown.cloud) return;
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
@@ -190,7 +190,7 @@ export class CloudViewer {
     if (picked) this.events.onPicked?.(picked);
   }
 
-  /** Which points are not drawn now; undefined where all are. */
+  /** Test for hidden points; undefined if all are visible. */
   private hides(): ((chunk: CloudChunk, point: number) => boolean) | undefined {
     const { colouring, feature } = this;
     if (!colouring?.hide_outside || colouring.mode === "order") return undefined;
@@ -199,10 +199,10 @@ export class CloudViewer {
       isHidden(valueAt(mode, chunk.position(point), chunk.attributes(point), feature), mode, range);
   }
 
-  /** What is seen now with its scale, as the address of a PNG; undefined while the graphics card is lost. */
+  /** The current view with its scale as the data URL of a PNG; undefined while the context is lost. */
   snapshot(): string | undefined {
     if (this.lost) return undefined;
-    // A canvas keeps its image only until the browser has shown it.
+    // The content of the canvas is available only until the browser has composited it.
     this.render();
     const { clientWidth: width_px, clientHeight: height_px, width, height } = this.canvas;
     const image = document.createElement("canvas");
@@ -221,7 +221,7 @@ export class CloudViewer {
       n_drawn: this.n_drawn,
       n_waiting_blocks: this.waiting.length,
       n_uploaded: this.layer.n_uploaded,
-      thinning: this.pace.thinning,
+      thinning: this.thinning.factor,
       frame_ms: this.frame_ms,
     };
   }
@@ -245,10 +245,10 @@ export class CloudViewer {
     this.active();
   }
 
-  /** Something moves or grows: the frame budget holds until it rests. */
+  /** Called on movement or growth: points are thinned until the view is at rest. */
   private active(): void {
     const now = performance.now();
-    if (now > this.active_until_ms) this.pace.begin(this.cloud.n_points);
+    if (now > this.active_until_ms) this.thinning.begin(this.cloud.n_points);
     this.active_until_ms = now + REST_AFTER_MS;
     clearTimeout(this.rest_timer);
     this.rest_timer = setTimeout(() => this.rest(), REST_AFTER_MS);
@@ -260,8 +260,8 @@ export class CloudViewer {
       this.active();
       return;
     }
-    const thinned = this.pace.thinning > 1;
-    this.pace.rest();
+    const thinned = this.thinning.factor > 1;
+    this.thinning.rest();
     if (thinned) this.invalidate();
   }
 
@@ -274,8 +274,8 @@ export class CloudViewer {
     this.frame = 0;
     const since_last_ms = now - this.last_frame_ms;
     this.last_frame_ms = now;
-    // Longer pauses are pauses of the work, not of the card.
-    if (now < this.active_until_ms && since_last_ms < 2 * REST_AFTER_MS) this.pace.frame(since_last_ms);
+    // Longer intervals are idle times, not slow frames.
+    if (now < this.active_until_ms && since_last_ms < 2 * REST_AFTER_MS) this.thinning.frame(since_last_ms);
     this.write(began + WRITE_BUDGET_MS);
     if (!this.lost) this.render();
     if (this.waiting.length > 0) this.invalidate();
@@ -284,7 +284,7 @@ export class CloudViewer {
 
   private render(): void {
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
-    // Hidden, as on paper: nothing can be drawn, and nobody would see it.
+    // Hidden, for example in print: nothing to draw.
     if (width_px === 0 || height_px === 0) return;
     const { gl, uniforms } = this;
     const clip = this.orbit.clip();
@@ -294,7 +294,7 @@ export class CloudViewer {
     Object.assign(uniforms, {
       u_clip: clip,
       u_size_px: size_px,
-      // Points that overlap in the image are shuffled over more than the depth they differ by.
+      // The depth jitter of overlapping points exceeds their difference in depth.
       u_shuffle_mm: (2 * size_px) / px_per_mm,
       u_towards: this.orbit.basis().back,
     });
@@ -305,14 +305,14 @@ export class CloudViewer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (this.shown.mesh) this.mesh?.draw(uniforms);
     this.layer.write(this.cloud);
-    this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.pace.thinning) : 0;
+    this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.thinning.factor) : 0;
     this.overlay.draw(this.orbit, clip, this.marks, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
     this.canvas.dataset.uploaded = String(this.layer.n_uploaded);
   }
 
-  /** Writes waiting blocks until a moment. */
+  /** Writes queued blocks until a time. */
   private write(until_ms: number): void {
     let n_written = 0;
     for (const block of this.waiting) {
@@ -342,7 +342,7 @@ export class CloudViewer {
   }
 
   private readonly contextLost = (event: Event): void => {
-    // Without this the browser never gives the context back.
+    // Without this the browser does not restore the context.
     event.preventDefault();
     this.lost = true;
     this.events.onContext?.(true);
@@ -357,7 +357,7 @@ export class CloudViewer {
   };
 }
 
-/** Pixels of the canvas per CSS pixel. */
+/** Canvas pixels per CSS pixel. */
 function pixelRatio(): number {
   return Math.min(2, devicePixelRatio);
 }

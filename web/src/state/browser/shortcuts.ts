@@ -40,7 +40,10 @@ export interface Key {
 export class Shortcuts {
   private g_at_ms = Number.NEGATIVE_INFINITY;
 
-  /** The target of a key: a page, the list of shortcuts, or none. `letters`: whether letter shortcuts are enabled here. */
+  /**
+   * The target of a key: a page, the list of shortcuts, or none. `letters`: whether letter shortcuts are enabled
+   * here.
+   */
   follow(key: Key, letters: boolean, at_ms: number): PageName | "shortcuts" | undefined {
     if (key.ctrlKey || key.metaKey) return undefined;
     if (key.altKey) return PAGES[Number(/^Digit([1-9])$/.exec(key.code)?.[1] ?? 0) - 1];

@@ -13,7 +13,10 @@ const CONFLICT = 409;
 
 const EXPIRED = "urn:sheaf:problem:control-expired";
 
-/** Why this page lost control. `idle`: no commands were sent; `not_renewed`: the connection was lost or the page was suspended. */
+/**
+ * Why this page lost control. `idle`: no commands were sent; `not_renewed`: the connection was lost or the page was
+ * suspended.
+ */
 export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "not_renewed" };
 
 export class Control {

@@ -12,8 +12,9 @@ const REPEAT_EVERY_MS = 500;
 const NO_RESPONSE_AFTER_MS = 1500;
 
 /**
- * Maximum number of pending requests. A browser has six connections per server: if requests hang on dead connections, the
- * oldest is aborted after ten seconds to allow a new one. No other attempt is aborted before the station has stopped.
+ * Maximum number of pending requests. A browser has six connections per server: if requests hang on dead connections,
+ * the oldest is aborted after ten seconds to allow a new one. No other attempt is aborted before the station has
+ * stopped.
  */
 const MAX_PENDING = 20;
 

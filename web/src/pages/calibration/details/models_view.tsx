@@ -1,4 +1,7 @@
-/** The three light models side by side, a recommendation in one sentence, and the angles compared with the grating equation. */
+/**
+ * The three light models side by side, a recommendation in one sentence, and the angles compared with the grating
+ * equation.
+ */
 
 import { language, text } from "../../../text";
 import { orderName } from "../../../theme";

@@ -77,7 +77,10 @@ export function ActiveCard({ active, item, activations, reload }: Properties) {
   );
 }
 
-/** The calibration that is active after another roll-back; each roll-back cancels the latest activation not yet cancelled. */
+/**
+ * The calibration that is active after another roll-back; each roll-back cancels the latest activation not yet
+ * cancelled.
+ */
 export function calibrationAfterRollBack(activations: readonly Schemas["ActivationDto"][]): string | undefined {
   let rolled_back = 0;
   for (const activation of activations) {

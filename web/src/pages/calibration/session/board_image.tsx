@@ -16,11 +16,11 @@ const CORNER_COLOUR = "#F0E442";
 
 export function BoardImage({ board }: { board: LiveBoard }) {
   const { stream } = useApp();
-  const place = useRef<HTMLDivElement>(null);
+  const container = useRef<HTMLDivElement>(null);
   const shown = useRef<CameraImage>(null);
   useEffect(() => {
-    if (!place.current) return;
-    const image = new CameraImage(place.current);
+    if (!container.current) return;
+    const image = new CameraImage(container.current);
     shown.current = image;
     image.lines_shown = false;
     image.draw_over = (context, view) => drawCorners(context, view, board.detection.peek()?.corners ?? []);
@@ -42,7 +42,7 @@ export function BoardImage({ board }: { board: LiveBoard }) {
   }, [runs]);
   const words = text.value.calibration;
   return (
-    <div class="data-view board-image live-data" ref={place} role="img" aria-label={words.image_label}>
+    <div class="data-view board-image live-data" ref={container} role="img" aria-label={words.image_label}>
       {!runs && <p class="no-live">{words.no_live}</p>}
     </div>
   );

@@ -8,7 +8,10 @@ export const STILL_PX = 0.7;
 /** Time for which the board must be still, so that a hand-held board settles. */
 export const STILL_FOR_MS = 1000;
 
-/** A pose is known if the mean distance of its corners from those of an earlier image is below this share of the width. */
+/**
+ * A pose is known if the mean distance of its corners from those of an earlier image is below this share of the
+ * width.
+ */
 const NEW_POSE_SHARE = 0.03;
 
 /** Mean distance of the common corners, px; infinite if there are none. */

@@ -91,8 +91,9 @@ function median(values: Float32Array): number | undefined {
 }
 
 /**
- * RMS deviation of z from straight lines fitted to segments of `SEGMENT_POINTS` neighbouring points, with two degrees of
- * freedom subtracted per segment; `undefined` if no segment is without a gap. Includes curvature and texture of the part.
+ * RMS deviation of z from straight lines fitted to segments of `SEGMENT_POINTS` neighbouring points, with two degrees
+ * of freedom subtracted per segment; `undefined` if no segment is without a gap. Includes curvature and texture of
+ * the part.
  */
 export function scatter(profile: ProfileMessage, range: OrderRange): number | undefined {
   const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
