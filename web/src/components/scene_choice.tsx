@@ -1,27 +1,26 @@
 /** Selects the part on the simulated stage; renders nothing on a real station. */
 
-import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data } from "../api/client";
 import { useApp } from "../app";
 import { SCENES, type SceneName } from "../state/choices";
 import { Command } from "../state/station/command";
 import { text } from "../text";
+import { selected } from "./fields/selected";
 import { useFollowed } from "./followed";
 import { ProblemCard } from "./problem";
 
 export function SceneChoice({ busy }: { busy: boolean }) {
   const { api, station } = useApp();
   const { scenes, scene_on_stage } = text.value;
-  const wanted = useSignal<SceneName>("sphere");
   const { state, reload } = useFollowed(
     () => data(api.GET("/api/v1/simulation/scene")),
     ({ kind }) => kind.startsWith("simulation.") || kind.startsWith("job."),
   );
   const place = useMemo(
     () =>
-      new Command(async () => {
-        await data(api.PUT("/api/v1/simulation/scene", { body: { scene: wanted.peek() } }));
+      new Command<[SceneName]>(async (_, scene) => {
+        await data(api.PUT("/api/v1/simulation/scene", { body: { scene } }));
         await reload();
       }),
     [api],
@@ -37,8 +36,8 @@ export function SceneChoice({ busy }: { busy: boolean }) {
           value={lying}
           disabled={busy || place.running}
           onChange={(event) => {
-            wanted.value = event.currentTarget.value as SceneName;
-            void place.start();
+            const scene = selected(event, SCENES);
+            if (scene) void place.start(scene);
           }}
         >
           {!known && <option value={lying}>{scenes[lying] ?? lying}</option>}

@@ -1,5 +1,5 @@
 import { useEffect, useRef } from "preact/hooks";
-import { href, PAGES, PARENTS, route } from "../state/browser/route";
+import { href, PAGES, railEntryOf, route } from "../state/browser/route";
 import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/browser/shortcuts";
 import { text } from "../text";
 import { preload } from "./page";
@@ -7,7 +7,7 @@ import { preload } from "./page";
 /** Navigation to all pages. */
 export function Rail() {
   const { page: shown } = route.value;
-  const current = shown in PARENTS ? PARENTS[shown as keyof typeof PARENTS] : shown;
+  const current = railEntryOf(shown);
   const rail = useRef<HTMLElement>(null);
   // On a phone the rail scrolls sideways.
   useEffect(() => {

@@ -39,6 +39,9 @@ const SILENCE_MS = 5000;
 /** Subscribing to these streams counts as viewing, which keeps the live laser on: a hidden page unsubscribes. */
 const VIEWER_STREAMS: readonly StreamName[] = ["image", "profile"];
 
+/** Image scales, the finest first. */
+const SCALES = [1, 2, 4] as const;
+
 type Listener = (message: BinaryMessage | ServerText) => void;
 
 /** The response to a `stop`. */
@@ -269,7 +272,7 @@ export class StreamConnection {
     const scales = wanted.map((one) => one.scale ?? 1);
     const merged: Subscription = { stream };
     if (stream !== "points" && stream !== "events") merged.max_rate_hz = Math.max(...rates);
-    if (stream === "image") merged.scale = Math.min(...scales) as 1 | 2 | 4;
+    if (stream === "image") merged.scale = SCALES.find((scale) => scales.includes(scale)) ?? 1;
     if (last.from_block !== undefined) merged.from_block = last.from_block;
     return merged;
   }

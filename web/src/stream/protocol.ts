@@ -39,7 +39,7 @@ export interface ImageMessage extends FrameHeader {
   /** u and v of all points, interleaved, in 1/`units_per_px` pixels. */
   points: Uint16Array;
   units_per_px: number;
-  jpeg: Uint8Array;
+  jpeg: Uint8Array<ArrayBuffer>;
 }
 
 /** The points of one diffraction order in a profile. */

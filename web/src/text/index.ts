@@ -5,8 +5,10 @@ import { remembered } from "../state/browser/remembered";
 import { de } from "./de";
 import { type Catalogue, en } from "./en";
 
-export const LANGUAGES = { en: "English", de: "Deutsch" } as const;
-export type Language = keyof typeof LANGUAGES;
+export const LANGUAGE_CODES = ["en", "de"] as const;
+export type Language = (typeof LANGUAGE_CODES)[number];
+
+export const LANGUAGES: Record<Language, string> = { en: "English", de: "Deutsch" };
 
 const CATALOGUES: Record<Language, Catalogue> = { en, de };
 

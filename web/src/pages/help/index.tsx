@@ -8,6 +8,8 @@ import { text } from "../../text";
 import { LIBRARIES, MIT } from "./licences";
 import "./help.css";
 
+const VERDICTS_EXPLAINED = ["ok", "not_ok", "undecided", "invalid", "measured"] as const;
+
 const SECTIONS = ["first", "states", "stop", "shortcuts", "api", "about"] as const;
 
 export default function Help() {
@@ -81,10 +83,10 @@ function States() {
       </table>
       <h3>{words.help.verdicts}</h3>
       <dl class="facts">
-        {Object.entries(words.help.verdict_means).map(([verdict, means]) => (
+        {VERDICTS_EXPLAINED.map((verdict) => (
           <>
-            <dt key={verdict}>{words.outcomes[verdict as keyof typeof words.outcomes]}</dt>
-            <dd>{means}</dd>
+            <dt key={verdict}>{words.outcomes[verdict]}</dt>
+            <dd>{words.help.verdict_means[verdict]}</dd>
           </>
         ))}
       </dl>

@@ -10,7 +10,14 @@ export const FILTERS = ["serial", "recipe", "verdict", "from", "to"] as const;
 export type InspectionFilter = Record<(typeof FILTERS)[number], string>;
 
 export function filterOf(query: URLSearchParams): InspectionFilter {
-  return Object.fromEntries(FILTERS.map((name) => [name, query.get(name)?.trim() ?? ""])) as InspectionFilter;
+  const text = (name: keyof InspectionFilter) => query.get(name)?.trim() ?? "";
+  return {
+    serial: text("serial"),
+    recipe: text("recipe"),
+    verdict: text("verdict"),
+    from: text("from"),
+    to: text("to"),
+  };
 }
 
 /** The query of the URL: only the fields that are set. */

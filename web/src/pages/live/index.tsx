@@ -123,7 +123,7 @@ function Notes({ view }: { view: LiveView | undefined }) {
 function handleKey(event: KeyboardEvent, view: LiveView): void {
   // Users of speech input or barcode scanners turn single-key shortcuts off.
   if (!letter_shortcuts.peek()) return;
-  const target = event.target as HTMLElement | null;
+  const target = event.target instanceof Element ? event.target : undefined;
   if (event.ctrlKey || event.metaKey || event.altKey || target?.closest("input, select, textarea, dialog")) return;
   if (event.key === "f" || event.key === "F") view.freeze(!view.frozen.peek());
   else if (event.key === " " && !target?.closest("button, a")) {

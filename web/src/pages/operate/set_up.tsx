@@ -3,6 +3,7 @@
 import { useId } from "preact/hooks";
 import type { Form } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
+import { selected } from "../../components/fields/selected";
 import { ProblemCard } from "../../components/problem";
 import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
@@ -142,7 +143,10 @@ function CharacteristicRow({ one, form, others, onChange }: RowProperties) {
         <select
           id={id}
           value={one.tool}
-          onChange={(event) => onChange(named(others, event.currentTarget.value as Tool))}
+          onChange={(event) => {
+            const tool = selected(event, TOOLS);
+            if (tool) onChange(named(others, tool));
+          }}
         >
           {TOOLS.map((tool) => (
             <option key={tool} value={tool}>

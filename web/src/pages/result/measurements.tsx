@@ -7,8 +7,9 @@ import { CommandButton } from "../../components/command_button";
 import { DamagedRecords } from "../../components/dialogs/damaged";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
+import { selected } from "../../components/fields/selected";
 import { VerdictWord } from "../../components/verdict";
-import { TOOLS, type Tool } from "../../state/choices";
+import { TOOLS } from "../../state/choices";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, decimal, length } from "../../units";
@@ -167,7 +168,7 @@ function MeasureForm({ result }: { result: ResultState }) {
         <select
           value={result.tool.value}
           onChange={(event) => {
-            result.tool.value = event.currentTarget.value as Tool;
+            result.tool.value = selected(event, TOOLS) ?? result.tool.value;
             result.nominal.value = undefined;
             result.tolerance.value = undefined;
           }}

@@ -1,6 +1,7 @@
 import type { Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
-import { OUTCOME_SYMBOL, type Outcome } from "../../state/records/outcome";
+import { selected } from "../../components/fields/selected";
+import { OUTCOMES } from "../../state/records/outcome";
 import { text } from "../../text";
 import { NO_FILTER, type ResultFilter } from "./filter";
 
@@ -33,10 +34,10 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         <select
           id={`${id}-state`}
           value={filter.value.outcome}
-          onChange={(event) => change({ outcome: event.currentTarget.value as Outcome | "" })}
+          onChange={(event) => change({ outcome: selected(event, OUTCOMES) ?? "" })}
         >
           <option value="">{words.all}</option>
-          {(Object.keys(OUTCOME_SYMBOL) as Outcome[]).map((outcome) => (
+          {OUTCOMES.map((outcome) => (
             <option key={outcome} value={outcome}>
               {text.value.outcomes[outcome]}
             </option>

@@ -4,10 +4,11 @@ import { useId } from "preact/hooks";
 import { useApp } from "../../app";
 import { CopyLine } from "../../components/copy_line";
 import { NameField } from "../../components/fields/name_field";
+import { selected } from "../../components/fields/selected";
 import { href } from "../../state/browser/route";
 import { letter_shortcuts } from "../../state/browser/shortcuts";
-import { type ThemeChoice, theme_choice } from "../../state/browser/theme";
-import { LANGUAGES, type Language, language, text } from "../../text";
+import { THEMES, theme_choice } from "../../state/browser/theme";
+import { LANGUAGE_CODES, LANGUAGES, language, text } from "../../text";
 import { dateTime, decimal, length } from "../../units";
 import { Simulation } from "./simulation";
 import "./settings.css";
@@ -67,12 +68,12 @@ function Appearance() {
           id={`${id}-language`}
           value={language.value}
           onChange={(event) => {
-            language.value = event.currentTarget.value as Language;
+            language.value = selected(event, LANGUAGE_CODES) ?? language.value;
           }}
         >
-          {Object.entries(LANGUAGES).map(([code, name]) => (
+          {LANGUAGE_CODES.map((code) => (
             <option key={code} value={code} lang={code}>
-              {name}
+              {LANGUAGES[code]}
             </option>
           ))}
         </select>
@@ -83,10 +84,10 @@ function Appearance() {
           id={`${id}-theme`}
           value={theme_choice.value}
           onChange={(event) => {
-            theme_choice.value = event.currentTarget.value as ThemeChoice;
+            theme_choice.value = selected(event, THEMES) ?? theme_choice.value;
           }}
         >
-          {(["system", "light", "dark"] as const).map((choice) => (
+          {THEMES.map((choice) => (
             <option key={choice} value={choice}>
               {words.themes[choice]}
             </option>

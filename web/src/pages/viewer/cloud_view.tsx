@@ -2,7 +2,8 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { COLOUR_MODES, type ColourMode } from "../../scene/colours";
+import { selected } from "../../components/fields/selected";
+import { COLOUR_MODES } from "../../scene/colours";
 import type { ViewName } from "../../scene/view/orbit";
 import { CloudViewer } from "../../scene/view/viewer";
 import { language, text } from "../../text";
@@ -21,6 +22,8 @@ interface Properties {
   /** Additional tools of the page. */
   tools?: ComponentChildren;
 }
+
+const SHOWN = ["cloud", "mesh", "both"] as const;
 
 const VIEWS: readonly ViewName[] = ["iso", "front", "top", "side"];
 
@@ -118,7 +121,7 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
         <select
           value={state.mode.value}
           onChange={(event) => {
-            state.mode.value = event.currentTarget.value as ColourMode;
+            state.mode.value = selected(event, COLOUR_MODES) ?? state.mode.value;
           }}
         >
           {COLOUR_MODES.map((mode) => (
@@ -134,10 +137,10 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
           <select
             value={state.shown.value}
             onChange={(event) => {
-              state.shown.value = event.currentTarget.value as "cloud" | "mesh" | "both";
+              state.shown.value = selected(event, SHOWN) ?? state.shown.value;
             }}
           >
-            {(["cloud", "mesh", "both"] as const).map((what) => (
+            {SHOWN.map((what) => (
               <option key={what} value={what}>
                 {words.shown[what]}
               </option>

@@ -17,7 +17,7 @@ interface Accessor {
   count: number;
 }
 
-interface Document {
+interface GltfDocument {
   accessors: Accessor[];
   bufferViews: { byteOffset?: number }[];
   meshes: { primitives: { attributes: { POSITION: number }; indices: number }[] }[];
@@ -30,7 +30,8 @@ export function meshFromGlb(file: ArrayBuffer): Mesh {
   const text_bytes = view.getUint32(12, true);
   if (view.getUint32(16, true) !== JSON_CHUNK) throw new Error("the GLB file has no description");
   const text = new TextDecoder().decode(new Uint8Array(file, 20, text_bytes));
-  const { accessors, bufferViews, meshes } = JSON.parse(text) as Document;
+  const document: GltfDocument = JSON.parse(text);
+  const { accessors, bufferViews, meshes } = document;
   const primitive = meshes?.[0]?.primitives[0];
   const [positions, corners] = [
     accessors?.[primitive?.attributes.POSITION ?? -1],

@@ -77,8 +77,10 @@ export function proposedRange(sorted: Float32Array, mode: ValueMode): ValueRange
   return high > low ? { low, high } : { low: low - 0.5, high: high + 0.5 };
 }
 
-/** A symmetric range: four times the median of |deviation|. Points far from the surface, such as the table around a sphere,
- * are excluded, because they would widen it. */
+/**
+ * A symmetric range: four times the median of |deviation|. Points far from the surface, such as the table around a
+ * sphere, are excluded, because they would widen it.
+ */
 function symmetric(sorted: Float32Array): ValueRange {
   const sizes = sorted.map(Math.abs).sort();
   const near = sizes.filter((size) => size < 300);

@@ -23,12 +23,11 @@ export function eighthsFor(scale: number): number {
 
 /** Decodes at a resolution given in eighths, or at full resolution. */
 export async function decodeJpeg(
-  jpeg: Uint8Array,
+  data: Uint8Array<ArrayBuffer>,
   width_px: number,
   height_px: number,
   eighths: number,
 ): Promise<Decoded> {
-  const data = jpeg as Uint8Array<ArrayBuffer>;
   const bitmap =
     "ImageDecoder" in globalThis
       ? await decodedAt(data, width_px, height_px, eighths)

@@ -134,7 +134,7 @@ export function roundLength(length: number): number {
 }
 
 function element(name: string, attributes: Record<string, string>): SVGElement {
-  const made = document.createElementNS(SVG, name) as SVGElement;
+  const made = document.createElementNS(SVG, name);
   set(made, attributes);
   return made;
 }

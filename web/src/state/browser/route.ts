@@ -15,9 +15,16 @@ export const PAGES = [
 ] as const;
 
 /** Pages without an entry in the rail, and the entry that they belong to. */
-export const PARENTS = { result: "results", inspections: "results" } as const;
+const PARENTS = { result: "results", inspections: "results" } as const;
 
 export type PageName = (typeof PAGES)[number] | keyof typeof PARENTS;
+
+const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections"];
+
+/** The entry of the rail to which a page belongs. */
+export function railEntryOf(page: PageName): (typeof PAGES)[number] {
+  return page === "result" || page === "inspections" ? PARENTS[page] : page;
+}
 
 export interface Route {
   page: PageName;
@@ -29,8 +36,8 @@ export interface Route {
 export function parseRoute(hash: string): Route {
   const [path = "", query = ""] = hash.replace(/^#?\/?/, "").split("?");
   const [page = "", id] = path.split("/").map(decodeURIComponent);
-  const known = [...PAGES, ...Object.keys(PARENTS)].includes(page);
-  return { page: known ? (page as PageName) : "operate", id: id || undefined, query: new URLSearchParams(query) };
+  const known = PAGE_NAMES.find((name) => name === page);
+  return { page: known ?? "operate", id: id || undefined, query: new URLSearchParams(query) };
 }
 
 export function href(page: PageName, id?: string, query?: Record<string, string>): string {

@@ -3,7 +3,8 @@
 import { computed, signal } from "@preact/signals";
 import { remembered } from "./remembered";
 
-export type ThemeChoice = "system" | "light" | "dark";
+export const THEMES = ["system", "light", "dark"] as const;
+export type ThemeChoice = (typeof THEMES)[number];
 
 export const theme_choice = remembered<ThemeChoice>("theme", "system");
 

@@ -20,6 +20,17 @@ export function outcomeOf({ scan, measured }: ScannedPart): Outcome {
   return measured.length > 0 ? "measured" : "scanned";
 }
 
+/** All outcomes, as listed in filters. */
+export const OUTCOMES: readonly Outcome[] = [
+  "ok",
+  "undecided",
+  "invalid",
+  "not_ok",
+  "partial",
+  "measured",
+  "scanned",
+];
+
 /** Symbols that distinguish outcomes without colour. */
 export const OUTCOME_SYMBOL: Record<Outcome, string> = {
   ok: "✓",

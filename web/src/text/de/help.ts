@@ -45,7 +45,7 @@ export const help = {
     invalid:
       "Keine Bewertung möglich: Etwas konnte nicht gemessen werden, oder beim Scan gingen Bilder verloren. Das Teil als Ausschuss behandeln und erneut scannen.",
     measured: "Es gibt einen Wert, aber keine Toleranz und daher keine Bewertung.",
-  } as Record<string, string>,
+  },
   stop: "Laser und Stopp",
   stop_rules: [
     "Stopp wirkt auf jeder Seite, für jeden, mit oder ohne Bedienhoheit, und fragt nie nach. Tasten: Strg + . oder Pause.",

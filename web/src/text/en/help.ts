@@ -40,7 +40,7 @@ export const help = {
     invalid:
       "No verdict possible: something could not be measured, or frames were lost during the scan. Treat the part as a reject and scan it again.",
     measured: "There is a value but no tolerance, so there is no verdict.",
-  } as Record<string, string>,
+  },
   stop: "Laser and Stop",
   stop_rules: [
     "Stop works on every page, for everyone, with or without control, and never asks for confirmation. Keys: Ctrl + . or Pause.",

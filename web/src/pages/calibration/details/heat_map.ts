@@ -4,7 +4,7 @@
 export function niceCeiling(largest: number): number {
   if (!(largest > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(largest));
-  return (([1, 2, 5, 10].find((lead) => lead * power >= largest * (1 - 1e-9)) ?? 10) * power) as number;
+  return ([1, 2, 5, 10].find((lead) => lead * power >= largest * (1 - 1e-9)) ?? 10) * power;
 }
 
 type Colour = readonly [number, number, number];

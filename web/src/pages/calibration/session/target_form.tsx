@@ -2,9 +2,10 @@
 
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
+import { selected } from "../../../components/fields/selected";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
-import { ofKind, sidesOf, TARGET_KINDS, type Target, type TargetKind, withSides } from "./target";
+import { ofKind, sidesOf, TARGET_KINDS, type Target, withSides } from "./target";
 
 /** The board of a session. */
 export function TargetFacts({ target }: { target: Target }) {
@@ -56,7 +57,10 @@ export function TargetFields({ form, target, onChange }: Properties) {
         <span>{words.target_kind}</span>
         <select
           value={target.kind}
-          onChange={(event) => onChange(ofKind(event.currentTarget.value as TargetKind, target))}
+          onChange={(event) => {
+            const kind = selected(event, TARGET_KINDS);
+            if (kind) onChange(ofKind(kind, target));
+          }}
         >
           {TARGET_KINDS.map((kind) => (
             <option key={kind} value={kind}>

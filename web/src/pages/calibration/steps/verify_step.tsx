@@ -7,6 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
+import { selected } from "../../../components/fields/selected";
 import { problemOfJob, succeeded } from "../../../components/job/job_problem";
 import { JobProgress } from "../../../components/job/job_progress";
 import { Show, useLoaded } from "../../../components/loading";
@@ -21,6 +22,8 @@ import { measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 
 type ReferencePart = Schemas["ReferencePartDto"];
+
+const REFERENCE_PARTS: readonly ReferencePart[] = ["sphere", "gauge"];
 
 /** Default reference values: sizes of the parts of the simulated station. */
 const NOMINAL_MM: Record<ReferencePart, number> = { gauge: 8.9, sphere: 18.9 };
@@ -99,11 +102,11 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           <select
             value={reference_part.value}
             onChange={(event) => {
-              reference_part.value = event.currentTarget.value as ReferencePart;
+              reference_part.value = selected(event, REFERENCE_PARTS) ?? reference_part.value;
               nominal_mm.value = NOMINAL_MM[reference_part.value];
             }}
           >
-            {(["sphere", "gauge"] as const).map((name) => (
+            {REFERENCE_PARTS.map((name) => (
               <option key={name} value={name}>
                 {words.reference_parts[name]}
               </option>

@@ -12,6 +12,9 @@ export interface Draft {
   frame_rate_hz?: number | undefined;
 }
 
+/** The names of these settings. */
+const NAMES = ["exposure_us", "gain_db", "frame_rate_hz"] as const;
+
 /** The changed settings, the only ones sent. */
 type Change = { [Name in keyof Draft]?: number };
 
@@ -116,10 +119,12 @@ export class CameraSettings {
 
   private difference(typed: Draft): Change {
     const settings = this.read.value?.settings;
-    const changed = Object.entries(typed).filter(
-      ([name, value]) => value !== undefined && value !== settings?.[name as keyof Draft],
-    );
-    return Object.fromEntries(changed) as Change;
+    const change: Change = {};
+    for (const name of NAMES) {
+      const value = typed[name];
+      if (value !== undefined && value !== settings?.[name]) change[name] = value;
+    }
+    return change;
   }
 }
 

@@ -13,7 +13,7 @@ export function Snapshot({ view }: { view: LiveView }) {
     () =>
       new Command(async () => {
         const image = view.frozen.peek() ? view.camera_image.frame : undefined;
-        if (image) save(new Blob([image.jpeg as Uint8Array<ArrayBuffer>]), `frame-${image.sequence}.jpg`);
+        if (image) save(new Blob([image.jpeg]), `frame-${image.sequence}.jpg`);
         else save(await (await bytes("/api/v1/devices/camera/snapshot.jpg")).blob(), `snapshot-${stamp()}.jpg`);
       }),
     [view],
