@@ -55,12 +55,12 @@ jobs.start();
 events.start();
 stream.start();
 
-const place = document.getElementById("app");
-if (place) {
+const root = document.getElementById("app");
+if (root) {
   render(
     <AppContext.Provider value={{ api, stream, station, stop, control, jobs, events }}>
       <Frame />
     </AppContext.Provider>,
-    place,
+    root,
   );
 }

@@ -7,7 +7,12 @@ import type { CalibrationDocument, ModelName, Models } from "../src/pages/calibr
 import { calibrationAfterRollBack } from "../src/pages/calibration/overview/active_card";
 import { archiveType } from "../src/pages/calibration/overview/upload";
 import { ordersFrom } from "../src/pages/calibration/session/new_session";
-import { type Detection, needsOf, type Session, stepOf } from "../src/pages/calibration/session/session_state";
+import {
+  type Detection,
+  requirementsOf,
+  type Session,
+  stepOf,
+} from "../src/pages/calibration/session/session_state";
 import { isKnownPose, meanDistance, STILL_FOR_MS, Stillness } from "../src/pages/calibration/session/stillness";
 import { verificationsOf } from "../src/pages/calibration/steps/verifications";
 import { language } from "../src/text";
@@ -86,9 +91,9 @@ test("the step follows from the session alone", () => {
 });
 
 test("needs are the server's; what is drawn beside them comes from the boards", () => {
-  const needs = needsOf(sessionOf([...COMPLETE.slice(1), { readable: false }]));
+  const needs = requirementsOf(sessionOf([...COMPLETE.slice(1), { readable: false }]));
   expect([needs.boards.met, needs.all, needs.tilt.values_deg.length]).toEqual([false, false, 7]);
-  expect(needsOf(sessionOf(COMPLETE)).all).toBe(true);
+  expect(requirementsOf(sessionOf(COMPLETE)).all).toBe(true);
 });
 
 function detectBoard(u: number, captured_ms: number): Detection {

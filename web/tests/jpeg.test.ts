@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { eighthsFor, WHOLE } from "../src/scene/image/jpeg";
+import { eighthsFor, FULL_EIGHTHS } from "../src/scene/image/jpeg";
 
 test("an image is decoded no coarser than it is shown, and never finer than it is", () => {
   const cases = [
@@ -7,9 +7,9 @@ test("an image is decoded no coarser than it is shown, and never finer than it i
     [0.375, 3],
     [0.376, 4],
     [0.5, 4],
-    [0.99, WHOLE],
-    [1, WHOLE],
-    [6, WHOLE],
+    [0.99, FULL_EIGHTHS],
+    [1, FULL_EIGHTHS],
+    [6, FULL_EIGHTHS],
     [0.01, 1],
   ] as const;
   for (const [scale, eighths] of cases) expect(eighthsFor(scale), String(scale)).toBe(eighths);

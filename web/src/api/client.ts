@@ -29,15 +29,15 @@ export function problemOf(cause: unknown): Problem {
   };
 }
 
-interface Answer<T> {
+interface ApiResponse<T> {
   data?: T;
   error?: unknown;
   response: Response;
 }
 
 /** Returns the data of the response; throws a `ProblemError` on an error response. */
-export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
-  const { data, error, response } = await asked;
+export async function data<T>(request: Promise<ApiResponse<T>>): Promise<T> {
+  const { data, error, response } = await request;
   if (response.ok) return data as T;
   throw errorFromResponse(error, response);
 }

@@ -3,8 +3,8 @@
 import { text } from "../text";
 
 /** Actor written by the server if an API client gave no name. */
-const WITHOUT_NAME = "rest";
+const UNNAMED_CLIENT = "rest";
 
 export function actorName(actor: string): string {
-  return actor === WITHOUT_NAME ? text.value.common.by_api : actor;
+  return actor === UNNAMED_CLIENT ? text.value.common.by_api : actor;
 }

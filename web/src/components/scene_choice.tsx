@@ -6,14 +6,14 @@ import { useApp } from "../app";
 import { SCENES, type SceneName } from "../state/choices";
 import { Command } from "../state/station/command";
 import { text } from "../text";
+import { useAutoReloaded } from "./auto_reloaded";
 import { selected } from "./fields/selected";
-import { useFollowed } from "./followed";
 import { ProblemCard } from "./problem";
 
 export function SceneChoice({ busy }: { busy: boolean }) {
   const { api, station } = useApp();
   const { scenes, scene_on_stage } = text.value;
-  const { state, reload } = useFollowed(
+  const { state, reload } = useAutoReloaded(
     () => data(api.GET("/api/v1/simulation/scene")),
     ({ kind }) => kind.startsWith("simulation.") || kind.startsWith("job."),
   );
@@ -26,21 +26,21 @@ export function SceneChoice({ busy }: { busy: boolean }) {
     [api],
   );
   if (station.simulated.value !== "twin") return null;
-  const lying = state.value.value?.scene ?? "";
-  const known = SCENES.some((scene) => scene === lying);
+  const current = state.value.value?.scene ?? "";
+  const known = SCENES.some((scene) => scene === current);
   return (
     <div class="stack scene-choice">
       <label class="field">
         <span>{scene_on_stage}</span>
         <select
-          value={lying}
+          value={current}
           disabled={busy || place.running}
           onChange={(event) => {
             const scene = selected(event, SCENES);
             if (scene) void place.start(scene);
           }}
         >
-          {!known && <option value={lying}>{scenes[lying] ?? lying}</option>}
+          {!known && <option value={current}>{scenes[current] ?? current}</option>}
           {SCENES.map((scene) => (
             <option key={scene} value={scene}>
               {scenes[scene]}

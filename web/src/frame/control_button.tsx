@@ -53,7 +53,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
       }),
     [control, onClose],
   );
-  const give = useMemo(
+  const release = useMemo(
     () =>
       new Command(async () => {
         await control.release();
@@ -68,7 +68,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
         <NameField />
         <div class="row">
           {control.mine.value ? (
-            <CommandButton command={give}>{words.release_control}</CommandButton>
+            <CommandButton command={release}>{words.release_control}</CommandButton>
           ) : (
             <CommandButton command={take} kind="primary">
               {other ? words.take_over : words.take_control}

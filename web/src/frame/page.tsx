@@ -4,7 +4,7 @@ import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { type PageName, route } from "../state/browser/route";
 import { text } from "../text";
-import { Boundary, Failure } from "./boundary";
+import { ErrorBoundary, Failure } from "./error_boundary";
 
 const PAGE_MODULES: Record<PageName, () => Promise<{ default: ComponentType }>> = {
   operate: () => import("../pages/operate"),
@@ -48,9 +48,9 @@ export function Page() {
   const { component: Component, failure } = preload(route.value.page).value;
   if (Component) {
     return (
-      <Boundary>
+      <ErrorBoundary>
         <Component />
-      </Boundary>
+      </ErrorBoundary>
     );
   }
   // A missing file belongs to an older version of the page.

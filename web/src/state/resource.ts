@@ -10,23 +10,23 @@ export interface Loaded<T> {
 
 export class Resource<T> {
   readonly state = signal<Loaded<T>>({});
-  private asked = 0;
+  private n_requests = 0;
 
   /** Loads; keeps the old value meanwhile and after a failure; discards outdated responses. */
   async load(read: () => Promise<T>): Promise<void> {
-    this.asked += 1;
-    const number = this.asked;
+    this.n_requests += 1;
+    const request = this.n_requests;
     try {
       const value = await read();
-      if (this.asked === number) this.state.value = { value };
+      if (this.n_requests === request) this.state.value = { value };
     } catch (cause) {
-      if (this.asked === number) this.state.value = { ...this.state.peek(), problem: problemOf(cause) };
+      if (this.n_requests === request) this.state.value = { ...this.state.peek(), problem: problemOf(cause) };
     }
   }
 
   /** Clears the value and ignores pending responses. */
   clear(): void {
-    this.asked += 1;
+    this.n_requests += 1;
     if (Object.keys(this.state.peek()).length > 0) this.state.value = {};
   }
 }

@@ -78,7 +78,7 @@ export class StreamConnection {
   /** Time of the oldest ping without any later message. */
   private unanswered_since_ms: number | undefined;
   /** The first version reported. */
-  private loaded_from: string | undefined;
+  private initial_version: string | undefined;
   private pings = new Map<number, number>();
   private next_ping = 1;
 
@@ -194,8 +194,8 @@ export class StreamConnection {
   private receiveText(text: ServerText): void {
     switch (text.op) {
       case "hello":
-        this.loaded_from ??= text.software_version;
-        this.updated_to.value = this.loaded_from === text.software_version ? undefined : text.software_version;
+        this.initial_version ??= text.software_version;
+        this.updated_to.value = this.initial_version === text.software_version ? undefined : text.software_version;
         this.server_version.value = text.software_version;
         return;
       case "pong":
@@ -245,12 +245,12 @@ export class StreamConnection {
   }
 
   private synchronise(id: number | undefined, clock_ms: number | null): void {
-    const asked_at = id === undefined ? undefined : this.pings.get(id);
+    const sent_at_ms = id === undefined ? undefined : this.pings.get(id);
     if (id !== undefined) this.pings.delete(id);
-    if (asked_at === undefined) return;
-    this.round_trip_ms.value = performance.now() - asked_at;
+    if (sent_at_ms === undefined) return;
+    this.round_trip_ms.value = performance.now() - sent_at_ms;
     if (clock_ms === null) return;
-    this.clock_offset_ms = clock_ms - (asked_at + performance.now()) / 2;
+    this.clock_offset_ms = clock_ms - (sent_at_ms + performance.now()) / 2;
   }
 
   private sendSubscription(stream: StreamName): void {

@@ -7,9 +7,9 @@ import { useApp } from "../../app";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
 import { count, dateTime, decimal } from "../../units";
+import { useAutoReloaded } from "../auto_reloaded";
 import { CommandButton } from "../command_button";
 import { Dialog } from "../dialogs/dialog";
-import { useFollowed } from "../followed";
 import { Show } from "../loading";
 import { useBlocked } from "./blocked";
 
@@ -21,7 +21,7 @@ export function DarkFrameCard() {
   const camera = station.status.value?.camera;
   // Whether it corrects the frames depends on the camera's settings.
   const settings = camera && JSON.stringify(camera.settings);
-  const { state } = useFollowed(
+  const { state } = useAutoReloaded(
     async () => {
       try {
         return { dark_frame: await data(api.GET("/api/v1/devices/camera/dark-frame")) };

@@ -2,7 +2,7 @@
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
-import { useFollowed } from "../../components/followed";
+import { useAutoReloaded } from "../../components/auto_reloaded";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -12,7 +12,7 @@ import { ageDays, calibrationTone, pairDisagrees } from "./tone";
 
 function useActive() {
   const { api } = useApp();
-  return useFollowed(
+  return useAutoReloaded(
     async () => {
       const { items } = await data(api.GET("/api/v1/calibrations", { params: { query: { limit: 200 } } }));
       return items.find((item) => item.active);
@@ -54,7 +54,7 @@ export function OrdersCard() {
   const words = text.value.health;
   const active = useActive().value.value;
   const sigma_mm = active?.summary.systematic_sigma_mm;
-  const scan = useFollowed(
+  const scan = useAutoReloaded(
     async () => (await data(api.GET("/api/v1/scans", { params: { query: { limit: 1 } } }))).items[0],
     (event) => event.kind.startsWith("scan."),
   ).state.value.value;

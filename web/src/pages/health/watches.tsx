@@ -2,7 +2,7 @@
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
-import { useFollowed } from "../../components/followed";
+import { useAutoReloaded } from "../../components/auto_reloaded";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { HealthCard } from "./card";
@@ -13,7 +13,7 @@ import { latestOf, trendOf, type Verdict, valueText, WATCHES, type Watch, watchT
 export function WatchesCard() {
   const { api } = useApp();
   const words = text.value.health;
-  const history = useFollowed(
+  const history = useAutoReloaded(
     () => data(api.GET("/api/v1/station/watches")),
     (event) => event.kind.startsWith("scan.") || event.kind === "watch.warned",
   ).state.value.value;

@@ -12,13 +12,13 @@ import { PagedRecords } from "../../state/records/paged";
 import { text } from "../../text";
 import { filterOf, queryOf, serverQuery } from "./filter";
 import { FilterBar } from "./filter_bar";
-import { OneInspection } from "./one";
+import { InspectionView } from "./inspection";
 import { Rows } from "./rows";
 import "./inspections.css";
 
 export default function Inspections() {
   const { id } = route.value;
-  return id === undefined ? <List /> : <OneInspection key={id} id={id} />;
+  return id === undefined ? <List /> : <InspectionView key={id} id={id} />;
 }
 
 function List() {

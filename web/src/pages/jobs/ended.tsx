@@ -8,7 +8,7 @@ import { ProblemCard } from "../../components/problem";
 import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
 import { dateTime, duration } from "../../units";
-import { kindOf, madeAt, ranFor_s } from "./job_facts";
+import { kindOf, resultUrl, runTime_s } from "./job_facts";
 
 export function Ended({ jobs }: { jobs: readonly Job[] }) {
   const words = text.value.jobs;
@@ -42,7 +42,7 @@ export function Ended({ jobs }: { jobs: readonly Job[] }) {
 
 function Row({ job }: { job: Job }) {
   const words = text.value.jobs;
-  const made = madeAt(job);
+  const result_url = resultUrl(job);
   const bad = job.state === "failed" || job.state === "interrupted";
   return (
     <tr data-job-state={job.state}>
@@ -58,9 +58,9 @@ function Row({ job }: { job: Job }) {
       </td>
       <td data-label={words.outcome}>
         {bad && job.problem ? <ProblemCard problem={problemOfJob(job)} /> : <JobText job={job} />}
-        {made && (
+        {result_url && (
           <div>
-            <a href={made}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>
+            <a href={result_url}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>
           </div>
         )}
       </td>
@@ -69,7 +69,7 @@ function Row({ job }: { job: Job }) {
         {dateTime(job.created_at_ms, language.value)}
       </td>
       <td data-label={words.took} class="number nowrap">
-        {duration(ranFor_s(job), language.value)}
+        {duration(runTime_s(job), language.value)}
       </td>
     </tr>
   );

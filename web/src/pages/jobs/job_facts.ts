@@ -9,17 +9,17 @@ export function kindOf(job: Job): string {
 }
 
 /** The URL of the job's result. */
-export function madeAt(job: Job): string | undefined {
-  const made = job.result;
-  if (!made) return undefined;
-  if (made.kind === "scan") return href("result", made.id);
-  if (made.kind === "calibration") return href("calibration", undefined, { show: made.id });
-  if (made.kind === "inspection") return href("inspections", made.id);
-  return made.href;
+export function resultUrl(job: Job): string | undefined {
+  const result = job.result;
+  if (!result) return undefined;
+  if (result.kind === "scan") return href("result", result.id);
+  if (result.kind === "calibration") return href("calibration", undefined, { show: result.id });
+  if (result.kind === "inspection") return href("inspections", result.id);
+  return result.href;
 }
 
 /** Run time, s. */
-export function ranFor_s(job: Job): number | undefined {
+export function runTime_s(job: Job): number | undefined {
   if (job.started_at_ms == null || job.ended_at_ms == null) return undefined;
   return (job.ended_at_ms - job.started_at_ms) / 1000;
 }

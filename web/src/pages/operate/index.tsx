@@ -4,9 +4,9 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
+import { useAutoReloaded } from "../../components/auto_reloaded";
 import { DamagedRecords } from "../../components/dialogs/damaged";
 import { useForm } from "../../components/fields/form";
-import { useFollowed } from "../../components/followed";
 import { ProblemCard } from "../../components/problem";
 import { MeasurementPlan } from "../../state/records/measurement_plan";
 import { readParts } from "../../state/records/scanned";
@@ -40,11 +40,11 @@ export default function Operate() {
   const operation = useMemo(() => new Operation(app, serial, plan), [app, serial, plan]);
   const form = useForm();
 
-  const active = useFollowed(
+  const active = useAutoReloaded(
     () => data(api.GET("/api/v1/calibrations/active")),
     (event) => event.kind.startsWith("calibration."),
   );
-  const parts = useFollowed(
+  const parts = useAutoReloaded(
     () => readParts(api, N_LAST_PARTS, { purpose: "production" }),
     ({ kind }) => kind.startsWith("scan.") || kind.startsWith("measurement."),
   );

@@ -28,24 +28,24 @@ export function SectionCard({ scan }: { scan: Scan }) {
     <section class="card stack section-card" aria-label={words.section}>
       <h2>{words.section}</h2>
       <Show of={state}>
-        {(places) => (places.length === 0 ? <p>{words.section_none}</p> : <Section scan={scan} places={places} />)}
+        {(frames) => (frames.length === 0 ? <p>{words.section_none}</p> : <Section scan={scan} frames={frames} />)}
       </Show>
     </section>
   );
 }
 
-interface Place {
+interface FramePosition {
   sequence: number;
   position_mm?: number | null;
   angle_deg?: number | null;
 }
 
-function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
+function Section({ scan, frames }: { scan: Scan; frames: readonly FramePosition[] }) {
   const { api } = useApp();
   const words = text.value.result;
-  const chosen = useSignal(places.length >> 1);
-  const place = places[chosen.value];
-  const sequence = place?.sequence ?? 0;
+  const chosen = useSignal(frames.length >> 1);
+  const frame = frames[chosen.value];
+  const sequence = frame?.sequence ?? 0;
   const { state } = useLoaded(
     async () => {
       const path = { id: scan.id, sequence };
@@ -54,10 +54,10 @@ function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
     [api, scan.id],
     [sequence],
   );
-  const angle_deg = place?.angle_deg;
+  const angle_deg = frame?.angle_deg;
   const position =
     angle_deg == null
-      ? `${decimal(place?.position_mm ?? 0, 2, language.value)} mm`
+      ? `${decimal(frame?.position_mm ?? 0, 2, language.value)} mm`
       : `${decimal(angle_deg, 2, language.value)}°`;
   return (
     <>
@@ -68,7 +68,7 @@ function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
         <input
           type="range"
           min={0}
-          max={places.length - 1}
+          max={frames.length - 1}
           value={chosen.value}
           aria-valuetext={position}
           onInput={(event) => {

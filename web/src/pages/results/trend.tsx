@@ -21,22 +21,22 @@ export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
   const drawn = JSON.stringify(trend);
   useEffect(() => {
     let chart: TrendChart | undefined;
-    let gone = false;
+    let disposed = false;
     void import("./trend_chart").then(({ TrendChart }) => {
-      if (gone || !place.current || !trend) return;
+      if (disposed || !place.current || !trend) return;
       chart = new TrendChart(place.current, trend, language.value, (point) => goTo("result", point.scan_id));
     });
     return () => {
-      gone = true;
+      disposed = true;
       chart?.dispose();
     };
   }, [drawn, theme.value, language.value]);
   if (!shown || !trend || trend.points.length === 0) return null;
   const values = trend.points.map((point) => point.value);
   const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
-  const spread = Math.max(...values) - Math.min(...values);
+  const range = Math.max(...values) - Math.min(...values);
   const written = (value: number) => `${decimal(value, 3, language.value)} ${trend.unit}`;
-  const summary = words.trend_summary(values.length, written(mean), written(spread));
+  const summary = words.trend_summary(values.length, written(mean), written(range));
   return (
     <section class="card" aria-label={words.trend}>
       <div class="row">

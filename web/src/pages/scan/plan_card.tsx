@@ -20,8 +20,8 @@ const PAUSE_MS = 250;
 /** The server's plan for the settings, requested shortly after each change; empty while outdated. */
 export function usePlan(set_up: SetUp): Loaded<Plan> {
   const { api, station } = useApp();
-  const asked = useSignal(set_up.wanted.value);
-  const wanted = set_up.wanted.value;
+  const asked = useSignal(set_up.request.value);
+  const wanted = set_up.request.value;
   const key = JSON.stringify(wanted);
   useEffect(() => {
     const timer = setTimeout(() => {
@@ -49,12 +49,12 @@ export function PlanCard({ plan, wrong }: { plan: Loaded<Plan>; wrong: string | 
     >
       <h2>{words.plan}</h2>
       {wrong && <p class="muted">{wrong}</p>}
-      {!wrong && <PlanAnswer plan={plan} />}
+      {!wrong && <PlanResult plan={plan} />}
     </section>
   );
 }
 
-function PlanAnswer({ plan }: { plan: Loaded<Plan> }) {
+function PlanResult({ plan }: { plan: Loaded<Plan> }) {
   const { station } = useApp();
   const words = text.value.scan;
   const uncalibrated = station.status.value?.activity === "not calibrated";

@@ -46,7 +46,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
   const words = text.value.scan;
   const partial = run.partial.value;
   const halted = useHalted();
-  const invalid = run.made.value?.state === "invalid";
+  const invalid = run.scan.value?.state === "invalid";
   const result_id = job.result?.id ?? partial?.id;
   return (
     <>

@@ -15,7 +15,7 @@ const N_SEARCHED = 50;
 
 export class ScanRun {
   /** The newest job that scans from the station. */
-  readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(scansTheStation));
+  readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(isStationScan));
   /** Whether it is waiting or running. */
   readonly open = computed(() => this.job.value !== undefined && !hasEnded(this.job.value));
   /** The scan whose points are shown. */
@@ -24,9 +24,9 @@ export class ScanRun {
   /** Why points could not be loaded. */
   readonly problem = signal<Problem | undefined>(undefined);
   /** The scan of the newest job, complete or partial. */
-  readonly made: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
+  readonly scan: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
   /** The same if it is partial and can be resumed. */
-  readonly partial = computed(() => (this.made.value?.state === "partial" ? this.made.value : undefined));
+  readonly partial = computed(() => (this.scan.value?.state === "partial" ? this.scan.value : undefined));
   /** Lost frames of the station at the start of the job, by reason. */
   private readonly lost_before = signal<Record<string, number>>({});
   readonly start: Command;
@@ -43,7 +43,7 @@ export class ScanRun {
       accepted();
       await app.jobs.ended(job.id);
     };
-    this.start = new Command(async (steps) => await begin(set_up.wanted.peek(), steps.accepted));
+    this.start = new Command(async (steps) => await begin(set_up.request.peek(), steps.accepted));
     this.resume = new Command(async (steps) => {
       const resume_scan_id = this.partial.peek()?.id;
       if (resume_scan_id) await begin({ source: { kind: "station" }, resume_scan_id }, steps.accepted);
@@ -69,8 +69,8 @@ export class ScanRun {
       }),
       effect(() => {
         const job = this.job.value;
-        if (job && hasEnded(job)) void this.findMade(job);
-        else this.made.value = undefined;
+        if (job && hasEnded(job)) void this.findScan(job);
+        else this.scan.value = undefined;
       }),
     ];
     return () => {
@@ -110,19 +110,19 @@ export class ScanRun {
     };
   }
 
-  private async findMade(job: Job): Promise<void> {
+  private async findScan(job: Job): Promise<void> {
     try {
       const query = { limit: N_SEARCHED };
       const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
       if (this.job.peek()?.id !== job.id) return;
-      this.made.value = items.find((scan) => scan.job_id === job.id);
+      this.scan.value = items.find((scan) => scan.job_id === job.id);
     } catch {
       // The next change of the job triggers another attempt.
     }
   }
 }
 
-function scansTheStation(job: Job): boolean {
+function isStationScan(job: Job): boolean {
   return job.input?.kind === "scan" && job.input.source.kind === "station";
 }
 

@@ -55,13 +55,13 @@ export class SetUp {
   readonly record = signal(false);
 
   /** The request body; empty fields are omitted. */
-  readonly wanted = computed<StartScan>(() => {
+  readonly request = computed<StartScan>(() => {
     const continuous = this.mode.value === "continuous";
     const name = this.name.value.trim();
     return {
       source: { kind: "station" },
       mode: this.mode.value,
-      ...(this.rotary.value ? this.turned(continuous) : this.travelled(continuous)),
+      ...(this.rotary.value ? this.rotaryRange(continuous) : this.linearRange(continuous)),
       ...this.exposures(continuous),
       ...(this.laser_percent.value !== undefined && { laser_power: this.laser_percent.value / 100 }),
       ...(name !== "" && { name }),
@@ -92,13 +92,13 @@ export class SetUp {
     };
   }
 
-  private travelled(continuous: boolean): Partial<StartScan> {
+  private linearRange(continuous: boolean): Partial<StartScan> {
     const { from, to, step, speed } = this.travel;
     const pace = continuous ? { speed_mm_s: speed.value } : { step_mm: step.value };
     return { from_mm: from.value, to_mm: to.value, ...pace };
   }
 
-  private turned(continuous: boolean): Partial<StartScan> {
+  private rotaryRange(continuous: boolean): Partial<StartScan> {
     const { from, to, step, speed } = this.turn;
     const pace = continuous ? { speed_deg_s: speed.value } : { step_deg: step.value };
     return { from_deg: from.value, to_deg: to.value, ...pace };

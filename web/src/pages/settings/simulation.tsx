@@ -4,10 +4,10 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
+import { useAutoReloaded } from "../../components/auto_reloaded";
 import { CommandButton } from "../../components/command_button";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
-import { useFollowed } from "../../components/followed";
 import { ProblemCard } from "../../components/problem";
 import { SceneChoice } from "../../components/scene_choice";
 import { Command } from "../../state/station/command";
@@ -18,7 +18,10 @@ export function Simulation() {
   const { api, station } = useApp();
   const words = text.value.settings;
   const of_simulation = (event: { kind: string }) => event.kind.startsWith("simulation.");
-  const faults = useFollowed(async () => (await data(api.GET("/api/v1/simulation/faults"))).items, of_simulation);
+  const faults = useAutoReloaded(
+    async () => (await data(api.GET("/api/v1/simulation/faults"))).items,
+    of_simulation,
+  );
   const on = faults.state.value.value ?? [];
   const { problem } = faults.state.value;
   return (

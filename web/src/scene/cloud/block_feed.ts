@@ -33,7 +33,7 @@ export class BlockFeed {
   /** The next block needed, which is also the number of blocks received. */
   next_block = 0;
   private last: PointsBlock | undefined;
-  private readonly early = new Map<number, PointsBlock>();
+  private readonly buffered = new Map<number, PointsBlock>();
   private fetching = false;
   private again = false;
 
@@ -44,8 +44,8 @@ export class BlockFeed {
 
   /** Processes the stream's message about the current scan and its next block. */
   announce(scan: { scan_id: string; running: boolean; n_blocks: number; next_block: number }): void {
-    const taken_up_again = scan.running && !this.running;
-    if (scan.scan_id !== this.scan_id || taken_up_again) this.reset(scan.scan_id);
+    const resumed = scan.running && !this.running;
+    if (scan.scan_id !== this.scan_id || resumed) this.reset(scan.scan_id);
     this.running = scan.running;
     if (this.next_block < Math.max(scan.next_block, scan.running ? 0 : scan.n_blocks)) void this.catchUp();
     this.events.onProgress?.();
@@ -55,12 +55,12 @@ export class BlockFeed {
   receive(block: PointsBlock): void {
     if (block.scan_id !== this.scan_id || block.block < this.next_block) return;
     if (block.block > this.next_block || this.fetching) {
-      this.early.set(block.block, block);
+      this.buffered.set(block.block, block);
       if (!this.fetching) void this.catchUp();
       return;
     }
     this.take(block);
-    this.takeEarly();
+    this.takeBuffered();
   }
 
   /** Shows a scan from its beginning. */
@@ -88,7 +88,7 @@ export class BlockFeed {
       this.events.onProblem(cause);
     } finally {
       this.fetching = false;
-      this.takeEarly();
+      this.takeBuffered();
     }
   }
 
@@ -102,7 +102,7 @@ export class BlockFeed {
       if (this.scan_id !== scan_id) return;
       const before = this.next_block;
       const blocks = decodeBlocks(page.buffer);
-      if (this.last && !(blocks[0] && same(blocks[0], this.last))) {
+      if (this.last && !(blocks[0] && samePoints(blocks[0], this.last))) {
         // A scan waiting to be resumed has no blocks; its points stay until new rows are captured.
         if (page.complete && page.next_block === 0) return this.end();
         this.reset(scan_id);
@@ -114,15 +114,15 @@ export class BlockFeed {
     }
   }
 
-  private takeEarly(): void {
-    for (let block = this.early.get(this.next_block); block; block = this.early.get(this.next_block)) {
+  private takeBuffered(): void {
+    for (let block = this.buffered.get(this.next_block); block; block = this.buffered.get(this.next_block)) {
       this.take(block);
     }
-    for (const number of this.early.keys()) if (number < this.next_block) this.early.delete(number);
+    for (const number of this.buffered.keys()) if (number < this.next_block) this.buffered.delete(number);
   }
 
   private take(block: PointsBlock): void {
-    this.early.delete(block.block);
+    this.buffered.delete(block.block);
     this.next_block = block.block + 1;
     this.last = block;
     this.events.onBlock(block);
@@ -137,13 +137,13 @@ export class BlockFeed {
     this.scan_id = scan_id;
     this.next_block = 0;
     this.last = undefined;
-    this.early.clear();
+    this.buffered.clear();
     this.events.onReset(scan_id);
   }
 }
 
 /** Whether two blocks hold the same points. */
-function same(a: PointsBlock, b: PointsBlock): boolean {
+function samePoints(a: PointsBlock, b: PointsBlock): boolean {
   if (a.block !== b.block || a.frame !== b.frame || a.n_points !== b.n_points) return false;
   return a.points.every((byte, idx) => byte === b.points[idx]);
 }

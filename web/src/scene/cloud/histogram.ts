@@ -86,8 +86,8 @@ function symmetric(sorted: Float32Array): ValueRange {
   const near = sizes.filter((size) => size < 300);
   const sizes_used = near.length > 0.02 * sizes.length ? near : sizes;
   const middle = sizes_used[Math.floor(sizes_used.length / 2)] ?? 0;
-  const reach = Math.max(1, 4 * middle);
-  return { low: -reach, high: reach };
+  const half_range = Math.max(1, 4 * middle);
+  return { low: -half_range, high: half_range };
 }
 
 /** Counts of values in equal bins over the range, without values outside it. */

@@ -60,7 +60,7 @@ export function pick(
     const near = chunkSearch(chunk, clip, pointer, hidden);
     if (near && (!best || nearer(near, best))) best = { chunk, ...near };
   }
-  return best && described(best.chunk, best.point);
+  return best && pickedPoint(best.chunk, best.point);
 }
 
 interface Candidate {
@@ -81,7 +81,7 @@ function chunkSearch(
   pointer: Pointer,
   hidden?: (chunk: CloudChunk, point: number) => boolean,
 ): (Candidate & { point: number }) | undefined {
-  const matrix = stepped(clip, chunk);
+  const matrix = chunkMatrix(clip, chunk);
   const [m0, m1, m3, m4, m5, m7, m8, m9, m11, m12, m13, m15] = [0, 1, 3, 4, 5, 7, 8, 9, 11, 12, 13, 15].map(
     (idx) => matrix[idx] as number,
   ) as [number, number, number, number, number, number, number, number, number, number, number, number];
@@ -89,7 +89,7 @@ function chunkSearch(
   const words = chunk.words;
   let best: (Candidate & { point: number }) | undefined;
   for (const part of chunk.parts) {
-    if (!mayHit(part.box, clip, pointer)) continue;
+    if (!isNearPointer(part.box, clip, pointer)) continue;
     const end = part.first + part.n_points;
     for (let point = part.first; point < end; point++) {
       const at = WORDS * slotOf(point);
@@ -114,7 +114,7 @@ function chunkSearch(
 }
 
 /** Clip space from the 16-bit positions of a chunk. */
-function stepped(clip: Projection, chunk: CloudChunk): number[] {
+function chunkMatrix(clip: Projection, chunk: CloudChunk): number[] {
   const matrix = Array.from({ length: 16 }, (_, idx) => clip[idx] as number);
   for (let row = 0; row < 4; row++) {
     let shift = matrix[12 + row] as number;
@@ -128,7 +128,7 @@ function stepped(clip: Projection, chunk: CloudChunk): number[] {
 }
 
 /** Whether the projection of a box is near the pointer. */
-function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }: Pointer): boolean {
+function isNearPointer(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }: Pointer): boolean {
   const bounds = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY, -1e30];
   for (let corner = 0; corner < 8; corner++) {
     const at = ([0, 1, 2] as const).map((axis) => ((corner >> axis) & 1 ? box.max[axis] : box.min[axis]));
@@ -143,7 +143,7 @@ function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }:
   return across && y_px >= top - PICK_RADIUS_PX && y_px <= bottom + PICK_RADIUS_PX;
 }
 
-function described(chunk: CloudChunk, point: number): Picked | undefined {
+function pickedPoint(chunk: CloudChunk, point: number): Picked | undefined {
   const part = chunk.partOf(point);
   if (!part) return undefined;
   return {

@@ -21,7 +21,7 @@ import {
   yOfV,
   zoomedAt,
 } from "./image_transform";
-import { type Decoded, decodeJpeg, eighthsFor, WHOLE } from "./jpeg";
+import { type Decoded, decodeJpeg, eighthsFor, FULL_EIGHTHS } from "./jpeg";
 import { Zebra } from "./zebra";
 
 /** Callbacks of the camera image. */
@@ -231,7 +231,7 @@ export class CameraImage {
   /** Resolution at which the JPEG must be decoded for the current scale, in eighths. */
   private get eighths_wanted(): number {
     // The scale is not known before the first frame; the zebra needs every pixel.
-    if (!this.shown || this.zebra) return WHOLE;
+    if (!this.shown || this.zebra) return FULL_EIGHTHS;
     return eighthsFor(this.view_.scale * this.shown.image.scale * devicePixelRatio);
   }
 
@@ -258,7 +258,7 @@ export class CameraImage {
 
   private async read(image: ImageMessage): Promise<Greys | undefined> {
     try {
-      const { bitmap } = await this.decoded(image, WHOLE);
+      const { bitmap } = await this.decoded(image, FULL_EIGHTHS);
       const { canvas } = this.pixels;
       const { width, height } = bitmap;
       if (canvas.width !== width) canvas.width = width;

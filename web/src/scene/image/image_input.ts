@@ -15,7 +15,7 @@ const KEY_FACTOR = 1.25;
 const KEY_PAN_PX = 40;
 
 /** Listens on `container` until the returned function is called. */
-export function listen(container: HTMLElement, hands: ImageControls): () => void {
+export function listen(container: HTMLElement, controls: ImageControls): () => void {
   const ended = new AbortController();
   const { signal } = ended;
   const down = new Map<number, { x: number; y: number }>();
@@ -29,8 +29,8 @@ export function listen(container: HTMLElement, hands: ImageControls): () => void
     (event) => {
       event.preventDefault();
       const { x, y } = at(event);
-      hands.zoomAt(WHEEL_FACTOR ** (-event.deltaY / 100), x, y);
-      hands.point(x, y);
+      controls.zoomAt(WHEEL_FACTOR ** (-event.deltaY / 100), x, y);
+      controls.point(x, y);
     },
     { signal, passive: false },
   );
@@ -48,17 +48,17 @@ export function listen(container: HTMLElement, hands: ImageControls): () => void
     (event) => {
       const now = at(event);
       const before = down.get(event.pointerId);
-      if (before) drag(down, event.pointerId, before, now, hands);
-      hands.point(now.x, now.y);
+      if (before) drag(down, event.pointerId, before, now, controls);
+      controls.point(now.x, now.y);
     },
     { signal },
   );
   const up = (event: PointerEvent) => void down.delete(event.pointerId);
   container.addEventListener("pointerup", up, { signal });
   container.addEventListener("pointercancel", up, { signal });
-  container.addEventListener("pointerleave", () => hands.point(undefined, 0), { signal });
-  container.addEventListener("dblclick", () => hands.fit(), { signal });
-  container.addEventListener("keydown", (event) => onKey(event, container, hands), { signal });
+  container.addEventListener("pointerleave", () => controls.point(undefined, 0), { signal });
+  container.addEventListener("dblclick", () => controls.fit(), { signal });
+  container.addEventListener("keydown", (event) => onKey(event, container, controls), { signal });
   return () => ended.abort();
 }
 
@@ -68,32 +68,32 @@ function drag(
   id: number,
   before: { x: number; y: number },
   now: { x: number; y: number },
-  hands: ImageControls,
+  controls: ImageControls,
 ): void {
   const other = [...down].find(([other_id]) => other_id !== id)?.[1];
   if (other) {
-    const grown =
+    const ratio =
       Math.hypot(now.x - other.x, now.y - other.y) / Math.hypot(before.x - other.x, before.y - other.y);
-    if (Number.isFinite(grown) && grown > 0) hands.zoomAt(grown, (now.x + other.x) / 2, (now.y + other.y) / 2);
-    hands.pan((now.x - before.x) / 2, (now.y - before.y) / 2);
-  } else hands.pan(now.x - before.x, now.y - before.y);
+    if (Number.isFinite(ratio) && ratio > 0) controls.zoomAt(ratio, (now.x + other.x) / 2, (now.y + other.y) / 2);
+    controls.pan((now.x - before.x) / 2, (now.y - before.y) / 2);
+  } else controls.pan(now.x - before.x, now.y - before.y);
   down.set(id, now);
 }
 
-function onKey(event: KeyboardEvent, container: HTMLElement, hands: ImageControls): void {
+function onKey(event: KeyboardEvent, container: HTMLElement, controls: ImageControls): void {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const middle = [container.clientWidth / 2, container.clientHeight / 2] as const;
-  const acts: Record<string, () => void> = {
-    "+": () => hands.zoomAt(KEY_FACTOR, ...middle),
-    "-": () => hands.zoomAt(1 / KEY_FACTOR, ...middle),
-    "0": () => hands.fit(),
-    ArrowLeft: () => hands.pan(KEY_PAN_PX, 0),
-    ArrowRight: () => hands.pan(-KEY_PAN_PX, 0),
-    ArrowUp: () => hands.pan(0, KEY_PAN_PX),
-    ArrowDown: () => hands.pan(0, -KEY_PAN_PX),
+  const actions: Record<string, () => void> = {
+    "+": () => controls.zoomAt(KEY_FACTOR, ...middle),
+    "-": () => controls.zoomAt(1 / KEY_FACTOR, ...middle),
+    "0": () => controls.fit(),
+    ArrowLeft: () => controls.pan(KEY_PAN_PX, 0),
+    ArrowRight: () => controls.pan(-KEY_PAN_PX, 0),
+    ArrowUp: () => controls.pan(0, KEY_PAN_PX),
+    ArrowDown: () => controls.pan(0, -KEY_PAN_PX),
   };
-  const act = acts[event.key];
-  if (!act) return;
+  const action = actions[event.key];
+  if (!action) return;
   event.preventDefault();
-  act();
+  action();
 }

@@ -25,7 +25,7 @@ export const LARGEST_SCALE = 40;
 const SMALLEST_OF_FIT = 0.5;
 
 /** Part of the image that stays visible when it is panned, CSS px. */
-const KEPT_IN_PLACE_PX = 40;
+const MIN_VISIBLE_PX = 40;
 
 /** Screen x of a column of the frame. */
 export function xOfU(view: ImageTransform, u_px: number): number {
@@ -75,9 +75,9 @@ export function zoomedAt(
 ): ImageTransform {
   const smallest = Math.min(1, SMALLEST_OF_FIT * fitted(container, image).scale);
   const scale = Math.min(LARGEST_SCALE, Math.max(smallest, view.scale * factor));
-  const grown = scale / view.scale;
-  const zoomed = { scale, left: x - (x - view.left) * grown, top: y - (y - view.top) * grown };
-  return kept(zoomed, container, image);
+  const ratio = scale / view.scale;
+  const zoomed = { scale, left: x - (x - view.left) * ratio, top: y - (y - view.top) * ratio };
+  return clamped(zoomed, container, image);
 }
 
 /** Panned by CSS pixels; part of the image stays visible. */
@@ -88,12 +88,12 @@ export function panned(
   container: Size,
   image: Size,
 ): ImageTransform {
-  return kept({ scale: view.scale, left: view.left + dx, top: view.top + dy }, container, image);
+  return clamped({ scale: view.scale, left: view.left + dx, top: view.top + dy }, container, image);
 }
 
-function kept(view: ImageTransform, container: Size, image: Size): ImageTransform {
+function clamped(view: ImageTransform, container: Size, image: Size): ImageTransform {
   const within = (start: number, length: number, room: number) =>
-    Math.min(room - KEPT_IN_PLACE_PX, Math.max(KEPT_IN_PLACE_PX - length, start));
+    Math.min(room - MIN_VISIBLE_PX, Math.max(MIN_VISIBLE_PX - length, start));
   return {
     scale: view.scale,
     left: within(view.left, view.scale * image.width, container.width),

@@ -7,7 +7,7 @@
  */
 
 /** Full resolution, in eighths. */
-export const WHOLE = 8;
+export const FULL_EIGHTHS = 8;
 
 /** A decoded JPEG and its resolution. */
 export interface Decoded {
@@ -18,7 +18,7 @@ export interface Decoded {
 
 /** Sufficient resolution, in eighths, if a pixel of the JPEG is displayed `scale` device pixels wide. */
 export function eighthsFor(scale: number): number {
-  return Math.min(WHOLE, Math.max(1, Math.ceil(WHOLE * scale - 1e-6)));
+  return Math.min(FULL_EIGHTHS, Math.max(1, Math.ceil(FULL_EIGHTHS * scale - 1e-6)));
 }
 
 /** Decodes at a resolution given in eighths, or at full resolution. */
@@ -33,8 +33,8 @@ export async function decodeJpeg(
       ? await decodedAt(data, width_px, height_px, eighths)
       : await createImageBitmap(new Blob([data], { type: "image/jpeg" }));
   // Partial pixels at the edge count as whole ones in `bitmap`.
-  const got = Math.max(1, Math.floor((WHOLE * bitmap.width) / width_px));
-  return { bitmap, share: got / WHOLE };
+  const decoded_eighths = Math.max(1, Math.floor((FULL_EIGHTHS * bitmap.width) / width_px));
+  return { bitmap, share: decoded_eighths / FULL_EIGHTHS };
 }
 
 async function decodedAt(
@@ -43,9 +43,9 @@ async function decodedAt(
   height_px: number,
   eighths: number,
 ): Promise<ImageBitmap> {
-  const size = (length_px: number) => Math.ceil((length_px * eighths) / WHOLE);
+  const size = (length_px: number) => Math.ceil((length_px * eighths) / FULL_EIGHTHS);
   const wanted = { desiredWidth: size(width_px), desiredHeight: size(height_px) };
-  const decoder = new ImageDecoder({ data, type: "image/jpeg", ...(eighths < WHOLE && wanted) });
+  const decoder = new ImageDecoder({ data, type: "image/jpeg", ...(eighths < FULL_EIGHTHS && wanted) });
   try {
     const { image } = await decoder.decode();
     try {

@@ -287,7 +287,7 @@ export class ProfilePlot {
     if (!shown) return;
     const now = this.marked ?? shown.first + (shown.n_points >> 1);
     const step = event.shiftKey ? LONG_STEP : 1;
-    const acts: Record<string, () => void> = {
+    const actions: Record<string, () => void> = {
       ArrowLeft: () => this.pointed(neighbour(profile, now, -step)),
       ArrowRight: () => this.pointed(neighbour(profile, now, step)),
       ArrowUp: () => this.pointed(acrossOrders(profile, now, 1, this.hidden)),
@@ -295,10 +295,10 @@ export class ProfilePlot {
       Escape: () => this.pointed(undefined),
       "0": () => this.wholeRange(),
     };
-    const act = acts[event.key];
-    if (!act) return;
+    const action = actions[event.key];
+    if (!action) return;
     event.preventDefault();
-    act();
+    action();
   }
 
   private select(plot: uPlot): void {

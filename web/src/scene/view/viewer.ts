@@ -28,13 +28,13 @@ const WRITE_BUDGET_MS = 2;
 const REST_AFTER_MS = 180;
 
 /** Background colour, that of `--data-ground`. */
-const GROUND = rgb("#14171a");
+const BACKGROUND = rgb("#14171a");
 
 /** Point size, mm. */
-const SPACING_MM = 0.22;
+const POINT_SIZE_MM = 0.22;
 
 /** Number of frame times kept. */
-const REMEMBERED_FRAMES = 4096;
+const KEPT_FRAME_TIMES = 4096;
 
 export interface ViewerEvents {
   /** Points were added, or the view was cleared. */
@@ -66,7 +66,7 @@ export class CloudViewer {
   private readonly uniforms = initialUniforms();
   private readonly overlay: Overlay;
   private readonly controls: Controls;
-  private readonly watch: ResizeObserver;
+  private readonly resize_observer: ResizeObserver;
   private readonly thinning = new Thinning(LANES);
   private layer: CloudLayer;
   private mesh: MeshLayer | undefined;
@@ -82,7 +82,7 @@ export class CloudViewer {
   private n_drawn = 0;
   private frame_ms: number[] = [];
   /** Whether the user has moved the view; otherwise it follows the growing cloud. */
-  private chosen = false;
+  private moved_by_user = false;
   private lost = false;
 
   /** Adds a canvas to `host`. Throws if the browser does not support WebGL 2. */
@@ -108,8 +108,8 @@ export class CloudViewer {
     });
     this.canvas.addEventListener("webglcontextlost", this.contextLost);
     this.canvas.addEventListener("webglcontextrestored", this.contextRestored);
-    this.watch = new ResizeObserver(() => this.resize());
-    this.watch.observe(host);
+    this.resize_observer = new ResizeObserver(() => this.resize());
+    this.resize_observer.observe(host);
     this.resize();
   }
 
@@ -128,7 +128,7 @@ export class CloudViewer {
     this.cloud = new Cloud();
     this.waiting = [];
     this.marks = [];
-    this.chosen = false;
+    this.moved_by_user = false;
     this.setMesh(undefined);
     this.events.onGrown?.(this.cloud);
     this.invalidate();
@@ -172,7 +172,7 @@ export class CloudViewer {
 
   fit(): void {
     if (this.cloud.box) this.orbit.fit(this.cloud.box);
-    this.chosen = false;
+    this.moved_by_user = false;
     this.active();
   }
 
@@ -229,7 +229,7 @@ export class CloudViewer {
   dispose(): void {
     cancelAnimationFrame(this.frame);
     clearTimeout(this.rest_timer);
-    this.watch.disconnect();
+    this.resize_observer.disconnect();
     this.controls.dispose();
     this.overlay.dispose();
     this.layer.dispose();
@@ -241,7 +241,7 @@ export class CloudViewer {
   }
 
   private moved(): void {
-    this.chosen = true;
+    this.moved_by_user = true;
     this.active();
   }
 
@@ -279,7 +279,7 @@ export class CloudViewer {
     this.write(began + WRITE_BUDGET_MS);
     if (!this.lost) this.render();
     if (this.waiting.length > 0) this.invalidate();
-    this.remember(performance.now() - began);
+    this.recordFrameTime(performance.now() - began);
   }
 
   private render(): void {
@@ -290,7 +290,7 @@ export class CloudViewer {
     const clip = this.orbit.clip();
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
     const least_px = 1.5 * pixelRatio();
-    const size_px = Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm));
+    const size_px = Math.min(12, Math.max(least_px, POINT_SIZE_MM * px_per_mm));
     Object.assign(uniforms, {
       u_clip: clip,
       u_size_px: size_px,
@@ -301,7 +301,7 @@ export class CloudViewer {
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
-    gl.clearColor(...GROUND, 1);
+    gl.clearColor(...BACKGROUND, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (this.shown.mesh) this.mesh?.draw(uniforms);
     this.layer.write(this.cloud);
@@ -322,13 +322,13 @@ export class CloudViewer {
     }
     if (n_written === 0) return;
     this.waiting = this.waiting.slice(n_written);
-    if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
+    if (!this.moved_by_user && this.cloud.box) this.orbit.fit(this.cloud.box);
     this.events.onGrown?.(this.cloud);
   }
 
-  private remember(frame_ms: number): void {
+  private recordFrameTime(frame_ms: number): void {
     this.frame_ms.push(frame_ms);
-    if (this.frame_ms.length > REMEMBERED_FRAMES) this.frame_ms.shift();
+    if (this.frame_ms.length > KEPT_FRAME_TIMES) this.frame_ms.shift();
   }
 
   private resize(): void {
@@ -337,7 +337,7 @@ export class CloudViewer {
     this.canvas.width = Math.floor(clientWidth * pixelRatio());
     this.canvas.height = Math.floor(clientHeight * pixelRatio());
     this.orbit.resize(clientWidth / clientHeight);
-    if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
+    if (!this.moved_by_user && this.cloud.box) this.orbit.fit(this.cloud.box);
     this.invalidate();
   }
 

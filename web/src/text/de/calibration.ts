@@ -269,7 +269,7 @@ export const calibration: Catalogue["calibration"] = {
   cell_now: "von der Tafel jetzt abgedeckt",
   cell_empty: "leer",
   boards_have: (have, want) => `${have}, Ziel mindestens ${want}`,
-  boards_need: "Tafeln",
+  boards: "Tafeln",
   boards_missing: "Mehr Bilder aufnehmen, jedes mit der Tafel an einer anderen Stelle.",
   tilt: "Neigung",
   tilt_have: (have, want, degrees) => `${have} um ${degrees} oder mehr geneigt, Ziel ${want}`,
@@ -280,7 +280,7 @@ export const calibration: Catalogue["calibration"] = {
   distance_missing: "Die Tafel in einigen Bildern näher und in anderen weiter weg halten.",
   after_three: "verfügbar ab dem dritten Bild",
   now_at: (value) => `jetzt ${value}`,
-  need_met: "OK",
+  requirement_met: "OK",
 
   images: "Bilder",
   images_none:

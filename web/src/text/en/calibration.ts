@@ -269,7 +269,7 @@ export const calibration = {
   cell_now: "covered by the board now",
   cell_empty: "empty",
   boards_have: (have: string, want: string) => `${have}, target at least ${want}`,
-  boards_need: "Boards",
+  boards: "Boards",
   boards_missing: "Capture more images, each with the board in a different position.",
   tilt: "Tilt",
   tilt_have: (have: string, want: string, degrees: string) =>
@@ -281,7 +281,7 @@ export const calibration = {
   distance_missing: "Hold the board nearer in some images and farther away in others.",
   after_three: "available from the third image on",
   now_at: (value: string) => `now ${value}`,
-  need_met: "OK",
+  requirement_met: "OK",
 
   images: "Images",
   images_none: "No images yet. Hold the board in view; a dozen or more different poses give a good calibration.",

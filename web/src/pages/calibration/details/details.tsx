@@ -21,13 +21,13 @@ export function useCalibration(id: string) {
 export function Details({ id }: { id: string }) {
   const words = text.value.calibration;
   const { state } = useCalibration(id);
-  const place = useRef<HTMLElement>(null);
-  const there = state.value.value !== undefined;
+  const section = useRef<HTMLElement>(null);
+  const is_loaded = state.value.value !== undefined;
   useEffect(() => {
-    if (there) place.current?.scrollIntoView({ block: "start" });
-  }, [there]);
+    if (is_loaded) section.current?.scrollIntoView({ block: "start" });
+  }, [is_loaded]);
   return (
-    <section class="card stack details" ref={place} data-details={id} aria-label={words.details}>
+    <section class="card stack details" ref={section} data-details={id} aria-label={words.details}>
       <div class="row">
         <h2 class="grow">
           {words.details} <span class="mono">{id}</span>

@@ -9,7 +9,7 @@ import { count, decimal } from "../../../units";
 import { px } from "./format";
 import { drawArrows, drawDots, niceCeiling } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
-import { type CalibrationDocument, orderSums } from "./summary";
+import { type CalibrationDocument, residualsByOrder } from "./summary";
 
 export type Residuals = Schemas["ResidualsDto"];
 
@@ -42,7 +42,7 @@ export function ResidualsView({ id, document }: { id: string; document: Calibrat
 
 function LightMaps({ residuals, document }: { residuals: Residuals; document: CalibrationDocument }) {
   const words = text.value.calibration;
-  const sums = orderSums(document);
+  const sums = residualsByOrder(document);
   const worst = Math.max(...sums.map((sum) => sum.rms_px));
   const end_px = niceCeiling(SCALE_OF_RMS * worst);
   const sumOf = (order: number) => sums.find((sum) => sum.order === order);

@@ -13,7 +13,7 @@ export type StageSummary = Schemas["StageSummaryDto"];
 export type AxisSummary = Schemas["AxisSummaryDto"];
 
 /** Residuals of one order over all poses, weighted by points. */
-export interface OrderSum {
+export interface OrderResiduals {
   order: number;
   n_points: number;
   mean_px: number;
@@ -21,8 +21,8 @@ export interface OrderSum {
   n_outliers: number;
 }
 
-export function orderSums(document: CalibrationDocument): OrderSum[] {
-  const sums = new Map<number, OrderSum>();
+export function residualsByOrder(document: CalibrationDocument): OrderResiduals[] {
+  const sums = new Map<number, OrderResiduals>();
   for (const line of document.report.light?.lines ?? []) {
     const sum = sums.get(line.order) ?? { order: line.order, n_points: 0, mean_px: 0, rms_px: 0, n_outliers: 0 };
     sum.n_points += line.n_points;

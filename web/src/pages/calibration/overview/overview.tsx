@@ -3,8 +3,8 @@
 import { useSignal } from "@preact/signals";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
+import { useAutoReloaded } from "../../../components/auto_reloaded";
 import { DamagedRecords } from "../../../components/dialogs/damaged";
-import { useFollowed } from "../../../components/followed";
 import { Show } from "../../../components/loading";
 import { route } from "../../../state/browser/route";
 import { text } from "../../../text";
@@ -24,7 +24,7 @@ export function Overview() {
   const { api } = useApp();
   const words = text.value.calibration;
   const query = { params: { query: { limit: SHOWN } } };
-  const loaded = useFollowed(async () => {
+  const loaded = useAutoReloaded(async () => {
     const calibrations = await data(api.GET("/api/v1/calibrations", query));
     const active = await data(api.GET("/api/v1/calibrations/active"));
     const activations = await data(api.GET("/api/v1/calibrations/activations", query));

@@ -15,7 +15,7 @@ import { Stillness } from "./stillness";
 const PAUSE_MS = 200;
 
 /** Pause after a failed detection. */
-const PAUSE_AFTER_REFUSAL_MS = 1000;
+const PAUSE_AFTER_ERROR_MS = 1000;
 
 export class LiveBoard {
   readonly detection = signal<Detection | undefined>(undefined);
@@ -50,7 +50,7 @@ export class LiveBoard {
   async start(): Promise<void> {
     const { api, control } = this.app;
     await control.ensure();
-    this.exposure_before_us ??= await expose(this.app, this.session.body.exposures.board_exposure_us);
+    this.exposure_before_us ??= await setExposure(this.app, this.session.body.exposures.board_exposure_us);
     const params = { header: { "Sheaf-Control": control.id() ?? "" } };
     await data(api.PUT("/api/v1/station/live", { params, body: { running: true, laser_power: 0 } }));
   }
@@ -62,7 +62,7 @@ export class LiveBoard {
     if (!control.mine.peek()) return;
     const params = { header: { "Sheaf-Control": control.id() ?? "" } };
     await data(api.PUT("/api/v1/station/live", { params, body: { running: false, laser_power: 0 } }));
-    if (this.exposure_before_us !== undefined) await expose(this.app, this.exposure_before_us);
+    if (this.exposure_before_us !== undefined) await setExposure(this.app, this.exposure_before_us);
     this.exposure_before_us = undefined;
   }
 
@@ -86,17 +86,17 @@ export class LiveBoard {
         const detection = await detectBoard(this.app.api, this.session.id);
         // Ignore the response if the loop was stopped or a capture started in the meantime.
         if (this.ended) return;
-        if (this.runs && !this.paused) this.take(detection);
+        if (this.runs && !this.paused) this.accept(detection);
         this.problem.value = undefined;
       } catch (cause) {
         this.problem.value = this.paused ? undefined : problemOf(cause);
-        pause_ms = PAUSE_AFTER_REFUSAL_MS;
+        pause_ms = PAUSE_AFTER_ERROR_MS;
       }
     } else if (!this.runs && this.detection.peek()) this.clear();
     if (!this.ended) this.timer = setTimeout(() => void this.detectOnce(), pause_ms);
   }
 
-  private take(detection: Detection): void {
+  private accept(detection: Detection): void {
     this.still_ms.value = this.stillness.follow(detection);
     this.detection.value = detection;
     this.onDetection(detection, this.still_ms.peek());
@@ -108,11 +108,11 @@ async function detectBoard(api: Api, id: string): Promise<Detection> {
 }
 
 /** Sets the exposure; returns the previous one. */
-async function expose({ api, control }: App, exposure_us: number): Promise<number> {
-  const seen = await api.GET("/api/v1/devices/camera/settings");
-  const before_us = (await data(Promise.resolve(seen))).exposure_us;
+async function setExposure({ api, control }: App, exposure_us: number): Promise<number> {
+  const response = await api.GET("/api/v1/devices/camera/settings");
+  const before_us = (await data(Promise.resolve(response))).exposure_us;
   if (before_us === exposure_us) return before_us;
-  const header = { "Sheaf-Control": control.id() ?? "", "If-Match": seen.response.headers.get("etag") ?? "*" };
+  const header = { "Sheaf-Control": control.id() ?? "", "If-Match": response.response.headers.get("etag") ?? "*" };
   await data(api.PATCH("/api/v1/devices/camera/settings", { params: { header }, body: { exposure_us } }));
   return before_us;
 }

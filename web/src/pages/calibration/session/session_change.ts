@@ -15,14 +15,14 @@ const CHANGED = 412;
 export function useSessionChange(loaded: Session | undefined, reload: () => Promise<void>) {
   const answered = useSignal<Session | undefined>(undefined);
   const conflict = useSignal<Problem | undefined>(undefined);
-  const seen = useRef<Session | undefined>(undefined);
+  const latest = useRef<Session | undefined>(undefined);
   const session = newest(loaded, answered.value);
-  seen.current = newest(session, seen.current);
+  latest.current = newest(session, latest.current);
   const change: Change = async (act) => {
     conflict.value = undefined;
     try {
-      const next = await act(`"${seen.current?.version ?? 0}"`);
-      seen.current = next;
+      const next = await act(`"${latest.current?.version ?? 0}"`);
+      latest.current = next;
       answered.value = next;
       return true;
     } catch (cause) {

@@ -16,19 +16,19 @@ export const COVERAGE = { columns: 8, rows: 6 } as const;
 /** Minimum number of images with a detected board that the server accepts. */
 export const FEWEST_BOARDS = 3;
 
-export type Need = Schemas["RequirementDto"];
+export type Requirement = Schemas["RequirementDto"];
 
-export interface Needs {
-  boards: Need;
-  cells: Need;
-  tilt: Need & { wanted_deg: number; values_deg: readonly number[] };
-  distance: Need & { values_mm: readonly number[] };
+export interface Requirements {
+  boards: Requirement;
+  cells: Requirement;
+  tilt: Requirement & { wanted_deg: number; values_deg: readonly number[] };
+  distance: Requirement & { values_mm: readonly number[] };
   /** Whether all requirements of the camera are met. */
   all: boolean;
 }
 
 /** The requirements of the session from the server, with the values to display. */
-export function needsOf({ needs, body }: Session): Needs {
+export function requirementsOf({ needs, body }: Session): Requirements {
   const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
   const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
   const values_mm = boards.map((board) => board.distance_mm ?? undefined).filter((value) => value !== undefined);
@@ -62,7 +62,7 @@ export function stepOf(session: Session | undefined, job: Job | undefined, verif
   if (calibrationOf(job) !== undefined) return verified ? "finish" : "verify";
   if (job && !hasEnded(job)) return "stage";
   if (session.body.stage_views.length > 0 || job) return "stage";
-  return needsOf(session).all ? "light" : "camera";
+  return requirementsOf(session).all ? "light" : "camera";
 }
 
 /** Whether a step is done. */
@@ -78,7 +78,7 @@ export function isDone(
     case "check":
       return true;
     case "camera":
-      return solved || needsOf(session).all;
+      return solved || requirementsOf(session).all;
     case "light":
       return solved || (session.needs?.laser_boards.met ?? false);
     case "stage":

@@ -12,9 +12,9 @@ import { text } from "../../../text";
 import { BoardImage } from "../session/board_image";
 import { DetectionFacts } from "../session/detection_facts";
 import { LiveBoard } from "../session/live_board";
-import { NeedsView } from "../session/needs_view";
 import { OperatorPanel } from "../session/operator_panel";
 import { PosesView } from "../session/poses_view";
+import { RequirementsView } from "../session/requirements_view";
 import {
   type Corner,
   type Detection,
@@ -117,7 +117,7 @@ export function CameraStep({ session, change }: StepProperties) {
       </div>
       <div class="stack side">
         <OperatorPanel n_captured={session.body.poses.length} onMoved={() => board.clear()} />
-        <NeedsView session={session} detection={detection} />
+        <RequirementsView session={session} detection={detection} />
       </div>
       <PosesView session={session} change={change} />
       <NextStep session={session} />

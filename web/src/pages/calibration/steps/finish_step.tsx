@@ -2,7 +2,7 @@
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
-import { EVERY_EVENT, useFollowed } from "../../../components/followed";
+import { EVERY_EVENT, useAutoReloaded } from "../../../components/auto_reloaded";
 import { Show } from "../../../components/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
@@ -24,7 +24,7 @@ export function FinishStep({ calibration_id }: StepProperties) {
 function Decision({ id }: { id: string }) {
   const { api } = useApp();
   const words = text.value.calibration;
-  const { state, reload } = useFollowed(
+  const { state, reload } = useAutoReloaded(
     async () => ({
       calibration: await data(api.GET("/api/v1/calibrations/{id}", { params: { path: { id } } })),
       active: await data(api.GET("/api/v1/calibrations/active")),

@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { data, type Job } from "../../../api/client";
 import { useApp } from "../../../app";
-import { EVERY_EVENT, useFollowed } from "../../../components/followed";
+import { EVERY_EVENT, useAutoReloaded } from "../../../components/auto_reloaded";
 import { ProblemCard } from "../../../components/problem";
 import { goTo, href, route } from "../../../state/browser/route";
 import { text } from "../../../text";
@@ -33,25 +33,25 @@ export interface StepProperties {
 }
 
 /** Number of newest jobs searched for verifications. */
-const JOBS_SEEN = 200;
+const N_JOBS_SEARCHED = 200;
 
 export function Wizard({ id }: { id: string }) {
   const { api, jobs } = useApp();
   const words = text.value.calibration;
-  const loaded = useFollowed(
+  const loaded = useAutoReloaded(
     async () => {
       const session = await data(api.GET("/api/v1/calibration-sessions/{id}", { params: { path: { id } } }));
       const { job_id } = session.body;
       const job = job_id
         ? await data(api.GET("/api/v1/jobs/{id}", { params: { path: { id: job_id } } })).catch(() => undefined)
         : undefined;
-      const made = calibrationOf(job);
-      const all = made
-        ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
+      const calibration_id = calibrationOf(job);
+      const all = calibration_id
+        ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: N_JOBS_SEARCHED } } }))).items
         : [];
-      const verifications = made ? verificationsOf(all, made) : [];
-      const query = { purpose: "verification" as const, ...(made !== undefined && { calibration_id: made }) };
-      const scans = made ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
+      const verifications = calibration_id ? verificationsOf(all, calibration_id) : [];
+      const query = { purpose: "verification" as const, ...(calibration_id !== undefined && { calibration_id }) };
+      const scans = calibration_id ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
       return { session, job, verifications, verified: isVerified(verifications, scans) };
     },
     EVERY_EVENT,

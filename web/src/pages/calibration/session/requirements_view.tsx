@@ -3,30 +3,37 @@
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
 import { degrees, mm } from "../details/format";
-import { COVERAGE, coveredCells, type Detection, type Need, needsOf, type Session } from "./session_state";
+import {
+  COVERAGE,
+  coveredCells,
+  type Detection,
+  type Requirement,
+  requirementsOf,
+  type Session,
+} from "./session_state";
 
-export function NeedsView({ session, detection }: { session: Session; detection: Detection | undefined }) {
+export function RequirementsView({ session, detection }: { session: Session; detection: Detection | undefined }) {
   const words = text.value.calibration;
-  const needs = needsOf(session);
+  const needs = requirementsOf(session);
   const { boards, cells, tilt, distance } = needs;
   return (
     <section class="card stack needs">
-      <NeedLine
-        need={boards}
-        name={words.boards_need}
+      <RequirementRow
+        requirement={boards}
+        name={words.boards}
         value={words.boards_have(String(boards.actual), String(boards.required))}
         missing={words.boards_missing}
       />
-      <NeedLine
-        need={cells}
+      <RequirementRow
+        requirement={cells}
         name={words.coverage}
         value={words.coverage_have(String(cells.actual), String(cells.required))}
         missing={words.coverage_missing}
       >
         <CoverageMap covered={coveredCells(session)} now={new Set(detection?.coverage_cells)} />
-      </NeedLine>
-      <NeedLine
-        need={tilt}
+      </RequirementRow>
+      <RequirementRow
+        requirement={tilt}
         name={words.tilt}
         value={words.tilt_have(String(tilt.actual), String(tilt.required), degrees(tilt.wanted_deg, 0))}
         missing={tilt.values_deg.length === 0 ? words.after_three : words.tilt_missing}
@@ -39,9 +46,9 @@ export function NeedsView({ session, detection }: { session: Session; detection:
           now={detection?.tilt_deg ?? undefined}
           format={(value) => degrees(value, 0)}
         />
-      </NeedLine>
-      <NeedLine
-        need={distance}
+      </RequirementRow>
+      <RequirementRow
+        requirement={distance}
         name={words.distance}
         value={words.distance_have(mm(distance.actual, 0), distance.required > 0 ? mm(distance.required, 0) : "–")}
         missing={distance.values_mm.length < 2 ? words.after_three : words.distance_missing}
@@ -51,28 +58,28 @@ export function NeedsView({ session, detection }: { session: Session; detection:
           want_mm={distance.required}
           now={detection?.distance_mm ?? undefined}
         />
-      </NeedLine>
+      </RequirementRow>
     </section>
   );
 }
 
-function NeedLine(properties: {
-  need: Need;
+function RequirementRow(properties: {
+  requirement: Requirement;
   name: string;
   value: string;
   missing: string;
   children?: preact.ComponentChildren;
 }) {
-  const { need, name, value, missing, children } = properties;
+  const { requirement, name, value, missing, children } = properties;
   return (
-    <div class="need" data-met={need.met}>
+    <div class="need" data-met={requirement.met}>
       <div class="row">
         <strong class="grow">{name}</strong>
         <span class="number muted">{value}</span>
-        {need.met && <span class="tag">✓ {text.value.calibration.need_met}</span>}
+        {requirement.met && <span class="tag">✓ {text.value.calibration.requirement_met}</span>}
       </div>
       {children}
-      {!need.met && <small class="muted">{missing}</small>}
+      {!requirement.met && <small class="muted">{missing}</small>}
     </div>
   );
 }

@@ -12,7 +12,7 @@ import { useLoaded } from "./loading";
 export const EVERY_EVENT = () => true;
 
 /** Loads now, after events for which `concerns` is true (coalesced), and after a reconnect. */
-export function useFollowed<T>(
+export function useAutoReloaded<T>(
   load: () => Promise<T>,
   concerns: (event: StationEvent) => boolean = EVERY_EVENT,
   inputs: readonly unknown[] = [],

@@ -11,7 +11,7 @@ import { dateTime } from "../../units";
 import { Characteristics } from "./characteristics";
 import { ReEvaluate } from "./re_evaluate";
 
-export function OneInspection({ id }: { id: string }) {
+export function InspectionView({ id }: { id: string }) {
   const { api } = useApp();
   const words = text.value.inspections;
   const { state } = useLoaded(
@@ -24,12 +24,12 @@ export function OneInspection({ id }: { id: string }) {
         <a href={href("inspections")}>← {words.to_list}</a>
       </p>
       {state.value.problem && <h1>{words.one}</h1>}
-      <Show of={state}>{(inspection) => <Whole inspection={inspection} />}</Show>
+      <Show of={state}>{(inspection) => <InspectionDetails inspection={inspection} />}</Show>
     </div>
   );
 }
 
-function Whole({ inspection }: { inspection: Inspection }) {
+function InspectionDetails({ inspection }: { inspection: Inspection }) {
   const words = text.value.inspections;
   const because = words.because[inspection.verdict];
   return (
@@ -54,7 +54,7 @@ function Whole({ inspection }: { inspection: Inspection }) {
           {words.no_datum}: <span lang="en">{inspection.alignment_failure}</span>
         </p>
       )}
-      {inspection.re_evaluated_from && <Changed inspection={inspection} />}
+      {inspection.re_evaluated_from && <ChangedVerdicts inspection={inspection} />}
       <Characteristics results={inspection.results} />
       <div class="cards">
         <Facts inspection={inspection} />
@@ -105,7 +105,7 @@ function Facts({ inspection }: { inspection: Inspection }) {
 }
 
 /** Verdicts that differ from those of the earlier inspection. */
-function Changed({ inspection }: { inspection: Inspection }) {
+function ChangedVerdicts({ inspection }: { inspection: Inspection }) {
   const words = text.value.inspections;
   const { changed, re_evaluated_from } = inspection;
   return (

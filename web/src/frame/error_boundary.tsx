@@ -10,7 +10,7 @@ interface Failed {
   failure?: unknown;
 }
 
-export class Boundary extends Component<{ children: ComponentChildren }, Failed> {
+export class ErrorBoundary extends Component<{ children: ComponentChildren }, Failed> {
   static override getDerivedStateFromError(failure: unknown): Failed {
     return { failure };
   }
