@@ -43,7 +43,7 @@ export const settings = {
     lens_covered: "Objektiv abgedeckt",
   } as Record<string, string>,
   fault_values: {
-    lost_frames: "jedes n-te Bild, n =",
+    lost_frames: "jedes n-te Bild",
     stage_stall: "bei",
     lost_steps: "um",
     wavelength_drift: "relative Änderung",

@@ -43,11 +43,11 @@ export const settings = {
     lens_covered: "Lens covered",
   } as Record<string, string>,
   fault_values: {
-    lost_frames: "every n-th frame, n =",
+    lost_frames: "every n-th frame",
     stage_stall: "at",
     lost_steps: "by",
     wavelength_drift: "relative change",
-    dirty_grating: "share, 0 to 1",
+    dirty_grating: "fraction, 0 to 1",
     worn_sensor: "grey levels",
   } as Record<string, string>,
 };
