@@ -44,7 +44,7 @@ export function EventTable() {
 
 function Row({ event }: { event: StationEvent }) {
   const words = text.value.health;
-  const bad = /failed|interrupted|fault_enabled|station.stopped/.test(event.kind);
+  const bad = /failed|interrupted|fault_enabled|station.stopped|door.waiting|delivery.dead/.test(event.kind);
   return (
     <tr>
       <td class="number muted">{event.seq}</td>
