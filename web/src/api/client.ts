@@ -49,7 +49,7 @@ function isProblem(body: unknown): body is Problem {
 
 function errorFromResponse(error: unknown, response: Response): ProblemError {
   if (isProblem(error)) return new ProblemError(error);
-  const detail = `the server answered ${response.status} without a reason`;
+  const detail = `the server responded with status ${response.status} and gave no reason`;
   return new ProblemError({ type: "about:blank", title: response.statusText, status: response.status, detail });
 }
 

@@ -92,7 +92,7 @@ export const live: typeof english = {
   discard: "Verwerfen",
   nothing_changed: "Zuerst einen Wert ändern.",
   accepted: "Von der Kamera übernommen.",
-  changed_meanwhile:
+  changed_by_other:
     "Jemand anders hat die Kameraeinstellungen inzwischen geändert. Die aktuellen Werte wurden geladen; Ihre Werte sind noch nicht angewendet: prüfen und erneut anwenden.",
   moving: "fährt",
   home_first: "Zuerst den Tisch referenzieren.",

@@ -92,7 +92,7 @@ export const live = {
   discard: "Discard",
   nothing_changed: "Change a value first.",
   accepted: "Accepted by the camera.",
-  changed_meanwhile:
+  changed_by_other:
     "Someone else changed the camera settings in the meantime. The current settings were loaded; yours are not applied yet: check them and apply again.",
   moving: "moving",
   home_first: "Home the stage first.",

@@ -31,7 +31,7 @@ export const settings = {
     camera_hang: "Camera hangs",
     stage_stall: "Stage stalls",
     lost_steps: "Stage loses steps",
-    stage_silent: "Stage does not answer",
+    stage_silent: "Stage does not respond",
     stage_unplugged: "Stage unplugged",
     laser_fault: "Laser reports a fault",
     interlock_open: "Interlock open",

@@ -163,9 +163,9 @@ function Settings({ view }: { view: LiveView | undefined }) {
           </button>
         )}
       </div>
-      {settings.note.value === "changed_meanwhile" && (
+      {settings.note.value === "changed_by_other" && (
         <p class="note" role="status">
-          {words.changed_meanwhile}
+          {words.changed_by_other}
         </p>
       )}
       {settings.note.value === "accepted" && (

@@ -23,7 +23,7 @@ const PRECONDITION_FAILED = 412;
 
 export class CameraSettings {
   /** The result of the last change. */
-  readonly note = signal<"none" | "accepted" | "changed_meanwhile">("none");
+  readonly note = signal<"none" | "accepted" | "changed_by_other">("none");
   /** Why the settings could not be read. */
   readonly problem = signal<Problem | undefined>(undefined);
   private readonly read = signal<{ settings: Schemas["CameraSettingsDto"]; etag: string } | undefined>(undefined);
@@ -62,7 +62,7 @@ export class CameraSettings {
     } catch (cause) {
       if (!(cause instanceof ProblemError) || cause.problem.status !== PRECONDITION_FAILED) throw cause;
       await this.reload();
-      this.note.value = "changed_meanwhile";
+      this.note.value = "changed_by_other";
     }
   });
 
