@@ -52,7 +52,7 @@ export const calibration: Catalogue["calibration"] = {
 
   sessions: "Offene Sitzungen",
   continue: "Fortsetzen",
-  session_state: (boards, views) => `${boards} Bilder mit erkannter Tafel, ${views} Tischpositionen`,
+  session_state: (boards, views) => `Tafelbilder: ${boards}, Tischpositionen: ${views}`,
   changed_elsewhere: "In einem anderen Browser geändert",
   changed_elsewhere_detail:
     "Jemand hat diese Sitzung geändert, nachdem diese Seite sie zuletzt geladen hatte. Ihre Änderung wurde deshalb nicht gespeichert.",

@@ -51,8 +51,7 @@ export const calibration = {
 
   sessions: "Unfinished sessions",
   continue: "Continue",
-  session_state: (boards: string, views: string) =>
-    `${boards} images with a detected board, ${views} stage positions`,
+  session_state: (boards: string, views: string) => `board images: ${boards}, stage positions: ${views}`,
   changed_elsewhere: "Changed in another browser",
   changed_elsewhere_detail:
     "Someone changed this session after this page last loaded it, so your change was not saved.",
@@ -81,7 +80,7 @@ export const calibration = {
   roll_back: "Roll back…",
   roll_back_title: "Roll back the last activation?",
   roll_back_question: (id: string) =>
-    `The previously active calibration, ${id}, becomes active again. The roll-back is logged with your name.`,
+    `The previously active calibration, ${id}, becomes active again. The rollback is logged with your name.`,
   roll_back_question_none: "No calibration was active before: the station cannot measure until one is activated.",
   roll_back_yes: "Roll back",
   roll_back_blocked: "No calibration has been activated yet.",

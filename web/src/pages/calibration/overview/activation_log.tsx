@@ -3,7 +3,7 @@ import { actorName } from "../../../components/actor";
 import { language, text } from "../../../text";
 import { dateTime } from "../../../units";
 
-/** The log of activations and roll-backs, newest first. */
+/** The log of activations and rollbacks, newest first. */
 export function ActivationLog({ activations }: { activations: readonly Schemas["ActivationDto"][] }) {
   const words = text.value.calibration;
   return (

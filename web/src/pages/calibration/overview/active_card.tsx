@@ -1,4 +1,4 @@
-/** The active calibration with its uncertainty, and the roll-back to the previous one. */
+/** The active calibration with its uncertainty, and the rollback to the previous one. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -78,7 +78,7 @@ export function ActiveCard({ active, item, activations, reload }: Properties) {
 }
 
 /**
- * The calibration that is active after another roll-back; each roll-back cancels the latest activation not yet
+ * The calibration that is active after another rollback; each rollback cancels the latest activation not yet
  * cancelled.
  */
 export function calibrationAfterRollBack(activations: readonly Schemas["ActivationDto"][]): string | undefined {
