@@ -1,4 +1,4 @@
-/** The settings page: preferences of this browser, and the simulated station. */
+/** The settings page: preferences of this browser, doors to other systems, and the simulated station. */
 
 import { useId } from "preact/hooks";
 import { useApp } from "../../app";
@@ -10,6 +10,7 @@ import { letter_shortcuts } from "../../state/browser/shortcuts";
 import { THEMES, theme_choice } from "../../state/browser/theme";
 import { LANGUAGE_CODES, LANGUAGES, language, text } from "../../text";
 import { dateTime, decimal, length } from "../../units";
+import { Doors } from "./doors/doors";
 import { Simulation } from "./simulation";
 import "./settings.css";
 
@@ -27,6 +28,7 @@ export default function Settings() {
         <Appearance />
         <Station />
       </div>
+      <Doors />
       {station.simulated.value === "twin" && <Simulation />}
     </div>
   );

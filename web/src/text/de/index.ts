@@ -2,6 +2,7 @@ import type { Catalogue } from "../en";
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
+import { doors } from "./doors";
 import { common, frame, pages } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -32,6 +33,7 @@ export const de: Catalogue = {
   calibration,
   damaged,
   dark_frame,
+  doors,
   health,
   help,
   inspections,

@@ -1,6 +1,7 @@
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
+import { doors } from "./doors";
 import { common, frame, pages } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -31,6 +32,7 @@ export const en = {
   calibration,
   damaged,
   dark_frame,
+  doors,
   health,
   help,
   inspections,
