@@ -8,10 +8,12 @@ import {
   calibrationTone,
   deviceTone,
   diskTone,
+  doorTone,
   framesTone,
   linkTone,
   pairDisagrees,
   queueTone,
+  worstTone,
 } from "../src/pages/health/tone";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
@@ -62,6 +64,16 @@ test("link, disk, queue and calibration warn in time", () => {
   expect(calibrationTone(undefined, 0)).toBe("caution");
   expect(calibrationTone(0, 10 * day_ms)).toBe("calm");
   expect(calibrationTone(0, 40 * day_ms)).toBe("caution");
+});
+
+test("a door that waits or has dead letters is a caution, a closed one is an alarm", () => {
+  expect(doorTone({ state: "delivering", n_dead: 0 })).toBe("calm");
+  expect(doorTone({ state: "waiting", n_dead: 0 })).toBe("caution");
+  expect(doorTone({ state: "delivering", n_dead: 1 })).toBe("caution");
+  expect(doorTone({ state: "closed", n_dead: 1 })).toBe("alarm");
+  expect(worstTone([])).toBe("calm");
+  expect(worstTone(["calm", "caution"])).toBe("caution");
+  expect(worstTone(["caution", "alarm", "calm"])).toBe("alarm");
 });
 
 test("orders disagree beyond three standard deviations of the calibration", () => {

@@ -10,6 +10,7 @@ import { text } from "../../text";
 import { download, supportBundle } from "./bundle";
 import { CalibrationCard, OrdersCard } from "./calibration";
 import { Devices } from "./devices";
+import { DoorsCard } from "./doors";
 import { EventTable } from "./event_log";
 import { parseMetrics } from "./metrics";
 import { DiskCard, FramesCard, LinkCard, QueueCard, type ServiceHealth, SoftwareCard } from "./service";
@@ -58,6 +59,7 @@ export default function Health() {
         <LinkCard n_sockets={metrics.value?.get("sheaf_stream_sockets")} />
         <DiskCard metrics={metrics.value} />
         <QueueCard />
+        <DoorsCard />
         <CalibrationCard />
         <SoftwareCard service={service.value} />
       </div>

@@ -1,6 +1,7 @@
 /** Severity of a card. `caution`: needs attention soon; `alarm`: not working now. */
 
 import type { Schemas, Station } from "../../api/client";
+import type { Door } from "../../state/records/doors";
 import type { DropCount } from "../../stream/text_messages";
 
 export type Tone = "calm" | "caution" | "alarm";
@@ -38,6 +39,16 @@ export function linkTone(stale: boolean, round_trip_ms: number | undefined, drop
 export function diskTone(free_bytes: number | undefined, read_only: boolean): Tone {
   if (read_only || (free_bytes !== undefined && free_bytes < FULL_DISK_BYTES)) return "alarm";
   return free_bytes !== undefined && free_bytes < LOW_DISK_BYTES ? "caution" : "calm";
+}
+
+/** A waiting door retries automatically; a closed one delivers nothing until a user acts. */
+export function doorTone({ state, n_dead }: Pick<Door, "state" | "n_dead">): Tone {
+  if (state === "closed") return "alarm";
+  return state === "waiting" || n_dead > 0 ? "caution" : "calm";
+}
+
+export function worstTone(tones: readonly Tone[]): Tone {
+  return tones.includes("alarm") ? "alarm" : tones.includes("caution") ? "caution" : "calm";
 }
 
 export function queueTone(n_queued: number): Tone {

@@ -6,7 +6,7 @@ import { useAutoReloaded } from "../../components/auto_reloaded";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { HealthCard } from "./card";
-import type { Tone } from "./tone";
+import { worstTone } from "./tone";
 import { TrendLine } from "./trend_line";
 import { latestOf, trendOf, type Verdict, valueText, WATCHES, type Watch, watchTone } from "./watch_trend";
 
@@ -20,7 +20,7 @@ export function WatchesCard() {
   const newest = history?.readings.at(-1);
   if (!history || !newest) return null;
   const tones = newest.verdicts.map((verdict) => watchTone(verdict.state));
-  const tone: Tone = tones.includes("alarm") ? "alarm" : tones.includes("caution") ? "caution" : "calm";
+  const tone = worstTone(tones);
   const { n_reference_scans: learned, n_reference_scans_needed: needed } = history;
   return (
     <HealthCard
