@@ -6,8 +6,8 @@ import { useApp } from "../app";
 import { SCENES, type SceneName } from "../state/choices";
 import { Command } from "../state/station/command";
 import { text } from "../text";
-import { useAutoReloaded } from "./auto_reloaded";
 import { selected } from "./fields/selected";
+import { useAutoReloaded } from "./loading/auto_reloaded";
 import { ProblemCard } from "./problem";
 
 export function SceneChoice({ busy }: { busy: boolean }) {

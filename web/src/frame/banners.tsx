@@ -2,7 +2,7 @@
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";
-import { ReloadButton } from "../components/reload";
+import { ReloadButton } from "../components/loading/reload";
 import { ResetButton } from "../components/reset";
 import type { Loss } from "../state/station/control";
 import { text } from "../text";

@@ -2,8 +2,8 @@
 
 import { Component, type ComponentChildren } from "preact";
 import { problemOf } from "../api/client";
+import { ReloadButton } from "../components/loading/reload";
 import { ProblemCard } from "../components/problem";
-import { ReloadButton } from "../components/reload";
 import { text } from "../text";
 
 interface Failed {

@@ -7,10 +7,10 @@ import { useApp } from "../../app";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
 import { count, dateTime, decimal } from "../../units";
-import { useAutoReloaded } from "../auto_reloaded";
 import { CommandButton } from "../command_button";
 import { Dialog } from "../dialogs/dialog";
-import { Show } from "../loading";
+import { useAutoReloaded } from "../loading/auto_reloaded";
+import { Show } from "../loading/loading";
 import { useBlocked } from "./blocked";
 
 type DarkFrame = Schemas["DarkFrameDto"];

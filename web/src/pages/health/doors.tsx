@@ -1,6 +1,6 @@
 /** Whether events reach the other systems; nothing where no door is configured. */
 
-import { useDoors } from "../../components/doors";
+import { useDoors } from "../../components/loading/doors";
 import { href } from "../../state/browser/route";
 import type { Door } from "../../state/records/doors";
 import { language, text } from "../../text";

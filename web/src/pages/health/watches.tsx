@@ -2,7 +2,7 @@
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
-import { useAutoReloaded } from "../../components/auto_reloaded";
+import { useAutoReloaded } from "../../components/loading/auto_reloaded";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { HealthCard } from "./card";

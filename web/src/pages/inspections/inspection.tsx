@@ -2,7 +2,7 @@
 
 import { data } from "../../api/client";
 import { useApp } from "../../app";
-import { Show, useLoaded } from "../../components/loading";
+import { Show, useLoaded } from "../../components/loading/loading";
 import { VerdictWord } from "../../components/verdict";
 import { href } from "../../state/browser/route";
 import { type Inspection, versionName } from "../../state/records/inspections";

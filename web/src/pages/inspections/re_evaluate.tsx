@@ -6,7 +6,7 @@ import { data, idempotencyKey } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
 import { succeeded } from "../../components/job/job_problem";
-import { Show, useLoaded } from "../../components/loading";
+import { Show, useLoaded } from "../../components/loading/loading";
 import { goTo } from "../../state/browser/route";
 import { type Inspection, versionName } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";

@@ -4,7 +4,7 @@ import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
-import { Show, useLoaded } from "../../components/loading";
+import { Show, useLoaded } from "../../components/loading/loading";
 import { ProblemCard } from "../../components/problem";
 import { VerdictWord } from "../../components/verdict";
 import type { CloudViewer } from "../../scene/view/viewer";

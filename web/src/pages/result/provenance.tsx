@@ -3,7 +3,7 @@
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
-import { useLoaded } from "../../components/loading";
+import { useLoaded } from "../../components/loading/loading";
 import { href } from "../../state/browser/route";
 import { CLOUD_FORMATS, MESH_FORMATS } from "../../state/choices";
 import { language, text } from "../../text";

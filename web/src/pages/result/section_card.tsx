@@ -4,7 +4,7 @@ import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
-import { Show, useLoaded } from "../../components/loading";
+import { Show, useLoaded } from "../../components/loading/loading";
 import { orderOfPoint } from "../../scene/plot/nearest";
 import { type PlotLabels, ProfilePlot } from "../../scene/plot/profile_plot";
 import type { ProfileMessage } from "../../stream/protocol";

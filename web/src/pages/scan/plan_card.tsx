@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
-import { useLoaded } from "../../components/loading";
+import { useLoaded } from "../../components/loading/loading";
 import { ProblemCard } from "../../components/problem";
 import { href } from "../../state/browser/route";
 import type { Loaded } from "../../state/resource";

@@ -3,7 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
 import { AxisView } from "./axis_view";

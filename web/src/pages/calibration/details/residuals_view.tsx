@@ -2,7 +2,7 @@
 
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { count, decimal } from "../../../units";

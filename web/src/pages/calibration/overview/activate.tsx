@@ -7,7 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { Dialog } from "../../../components/dialogs/dialog";
 import { NameField } from "../../../components/fields/name_field";
-import { useLoaded } from "../../../components/loading";
+import { useLoaded } from "../../../components/loading/loading";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import type { CalibrationItem } from "../details/summary";

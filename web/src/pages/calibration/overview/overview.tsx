@@ -3,9 +3,9 @@
 import { useSignal } from "@preact/signals";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
-import { useAutoReloaded } from "../../../components/auto_reloaded";
 import { DamagedRecords } from "../../../components/dialogs/damaged";
-import { Show } from "../../../components/loading";
+import { useAutoReloaded } from "../../../components/loading/auto_reloaded";
+import { Show } from "../../../components/loading/loading";
 import { route } from "../../../state/browser/route";
 import { text } from "../../../text";
 import { Comparison } from "../details/comparison";

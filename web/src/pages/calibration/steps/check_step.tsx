@@ -7,7 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { DarkFrameCard } from "../../../components/station/dark_frame_card";
 import { goTo, href } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";

@@ -2,8 +2,8 @@
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
-import { EVERY_EVENT, useAutoReloaded } from "../../../components/auto_reloaded";
-import { Show } from "../../../components/loading";
+import { EVERY_EVENT, useAutoReloaded } from "../../../components/loading/auto_reloaded";
+import { Show } from "../../../components/loading/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
 import { Comparison } from "../details/comparison";

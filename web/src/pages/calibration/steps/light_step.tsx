@@ -2,7 +2,7 @@
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { text } from "../../../text";
 import { orderColour, orderName } from "../../../theme";
 import { useCalibration } from "../details/details";

@@ -6,7 +6,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { problemOfJob, succeeded } from "../../../components/job/job_problem";
 import { JobProgress } from "../../../components/job/job_progress";
-import { Show } from "../../../components/loading";
+import { Show } from "../../../components/loading/loading";
 import { ProblemCard } from "../../../components/problem";
 import { hasEnded } from "../../../state/records/jobs";
 import { Command } from "../../../state/station/command";

@@ -7,7 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { Show } from "../../../components/loading";
+import { Show } from "../../../components/loading/loading";
 import { useHalted } from "../../../components/station/halted";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";

@@ -10,7 +10,7 @@ import { NumberField } from "../../../components/fields/number_field";
 import { selected } from "../../../components/fields/selected";
 import { problemOfJob, succeeded } from "../../../components/job/job_problem";
 import { JobProgress } from "../../../components/job/job_progress";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { ProblemCard } from "../../../components/problem";
 import { useHalted } from "../../../components/station/halted";
 import { hasEnded } from "../../../state/records/jobs";

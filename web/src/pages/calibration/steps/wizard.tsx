@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { data, type Job } from "../../../api/client";
 import { useApp } from "../../../app";
-import { EVERY_EVENT, useAutoReloaded } from "../../../components/auto_reloaded";
+import { EVERY_EVENT, useAutoReloaded } from "../../../components/loading/auto_reloaded";
 import { ProblemCard } from "../../../components/problem";
 import { goTo, href, route } from "../../../state/browser/route";
 import { text } from "../../../text";

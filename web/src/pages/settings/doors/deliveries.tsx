@@ -7,7 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { DamagedRecords } from "../../../components/dialogs/damaged";
 import { DeleteDialog } from "../../../components/dialogs/delete_dialog";
-import { Show, useLoaded } from "../../../components/loading";
+import { Show, useLoaded } from "../../../components/loading/loading";
 import { relativeTime, useNow } from "../../../components/relative_time";
 import { type Delivery, type Door, readDeliveries, type SetAside } from "../../../state/records/doors";
 import { Command } from "../../../state/station/command";

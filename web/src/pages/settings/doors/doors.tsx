@@ -2,7 +2,7 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { CopyLine } from "../../../components/copy_line";
-import { useDoors } from "../../../components/doors";
+import { useDoors } from "../../../components/loading/doors";
 import { ProblemCard } from "../../../components/problem";
 import { route } from "../../../state/browser/route";
 import { text } from "../../../text";

@@ -3,9 +3,9 @@
 import type { ReadonlySignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useLayoutEffect, useMemo } from "preact/hooks";
-import { type Loaded, Resource } from "../state/resource";
-import { text } from "../text";
-import { ProblemCard } from "./problem";
+import { type Loaded, Resource } from "../../state/resource";
+import { text } from "../../text";
+import { ProblemCard } from "../problem";
 
 /**
  * Loads data for `inputs`; a change of `inputs` discards the old value and loads again.

@@ -1,4 +1,4 @@
-import { text } from "../text";
+import { text } from "../../text";
 
 /** Reloads the page: after a server update or an error in the page. */
 export function ReloadButton() {

@@ -2,10 +2,10 @@
 
 import type { ReadonlySignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { data } from "../api/client";
-import { useApp } from "../app";
-import { concernsDoors, type Door } from "../state/records/doors";
-import type { Loaded } from "../state/resource";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { concernsDoors, type Door } from "../../state/records/doors";
+import type { Loaded } from "../../state/resource";
 import { useAutoReloaded } from "./auto_reloaded";
 
 /** Refresh interval while the page is visible: successful deliveries cause no events. */

@@ -2,10 +2,10 @@
 
 import type { ReadonlySignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { useApp } from "../app";
-import { coalesced } from "../state/coalesced";
-import type { StationEvent } from "../state/records/events";
-import type { Loaded } from "../state/resource";
+import { useApp } from "../../app";
+import { coalesced } from "../../state/coalesced";
+import type { StationEvent } from "../../state/records/events";
+import type { Loaded } from "../../state/resource";
 import { useLoaded } from "./loading";
 
 /** Reloads after every event. */
