@@ -1,16 +1,18 @@
 //! Distribution functions, from the special functions of `statrs`.
 
-#[cfg(test)]
 use std::f64::consts::SQRT_2;
 
 use statrs::function::beta::beta_reg;
-#[cfg(test)]
-use statrs::function::erf::erfc;
+use statrs::function::erf::{erfc, erfc_inv};
 
-#[cfg(test)]
 /// Φ(z), the distribution function of the standard normal distribution; accurate in both tails.
 pub(crate) fn normal_cdf(z: f64) -> f64 {
     0.5 * erfc(-z / SQRT_2)
+}
+
+/// Φ⁻¹(p) for 0 < p < 1.
+pub(crate) fn normal_quantile(p: f64) -> f64 {
+    -SQRT_2 * erfc_inv(2.0 * p)
 }
 
 /// Probability that |t| of Student's distribution with `dof` > 0 degrees of freedom is at least |`t`|.
@@ -38,6 +40,8 @@ mod tests {
     fn the_normal_distribution_agrees_with_known_values_also_in_its_tails() {
         check(normal_cdf(0.0), 0.5);
         check(normal_cdf(1.0), 0.841_344_746_1);
+        check(normal_quantile(0.975), 1.959_963_984_5);
+        check(normal_quantile(normal_cdf(-3.0)), -3.0);
         assert!((normal_cdf(-10.0) / 7.619_853_024_160_5e-24 - 1.0).abs() < PRINTED);
     }
 

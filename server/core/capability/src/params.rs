@@ -37,3 +37,23 @@ pub const MAX_SUBGROUPS_OF_D2_STAR: usize = 15;
 
 /// Distance of control limits from the centre line, in σ (Shewhart 1931): one false alarm in 370 points.
 pub const CONTROL_SIGMAS: f64 = 3.0;
+
+/// Fewest values of a verdict on a process, and of a baseline of control limits: with 25 values the 95 % interval of
+/// Cpk = 1.33 extends from 0.93 to 1.73; fewer allow no useful statement.
+pub const MIN_PROCESS_VALUES: usize = 25;
+
+/// Confidence level of the intervals of Cpk and Ppk, two-sided.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Significance level of the test of normality.
+pub const NORMALITY_SIGNIFICANCE: f64 = 0.05;
+
+/// Fewest values for which the p-value of the Anderson–Darling test is known (D'Agostino & Stephens 1986, table 4.7).
+pub const MIN_NORMALITY_VALUES: usize = 8;
+
+/// Largest Anderson–Darling statistic for which the p-value is evaluated: the fitted parabola would rise again far beyond,
+/// and here p < 10⁻²³ already.
+pub const MAX_ANDERSON_DARLING: f64 = 10.0;
+
+/// Parts per million.
+pub const PPM: f64 = 1e6;

@@ -2,5 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod examples;
 mod gauge_rr;
+mod spc;
 mod type_1;
