@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const DEPENDENCIES: [(&str, &str, &[&str]); 30] = [
+const DEPENDENCIES: [(&str, &str, &[&str]); 31] = [
     (
         "sheaf",
         "server/cli",
@@ -144,6 +144,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 30] = [
     ("sheaf-recording", "server/core/recording", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision", "sheaf-remedy"]),
     ("sheaf-vision", "server/core/vision", &["sheaf-statistics", "sheaf-remedy"]),
+    ("sheaf-capability", "server/core/capability", &[]),
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),
     ("sheaf-statistics", "server/core/statistics", &[]),
