@@ -1,0 +1,35 @@
+//! Results: the documents of an inspection, and how they are written.
+
+mod csv;
+mod decimal;
+mod dfq;
+mod file_name;
+mod local_time;
+#[cfg(test)]
+pub mod tests;
+mod windows_1252;
+mod writing;
+
+pub use file_name::FileName;
+pub use local_time::{local, offset_now};
+pub use writing::{Document, write_all};
+
+use app::doors::{Delivery, InspectionMessage};
+
+use crate::settings::Format;
+
+/// The documents of an inspection.
+pub fn documents(formats: &[Format], delivery: &Delivery, inspection: &InspectionMessage) -> Vec<Document> {
+    let document = |format: &Format| match format {
+        Format::Json => Document { extension: "json", bytes: pretty(delivery) },
+        Format::Csv => Document { extension: "csv", bytes: csv::table(inspection).into_bytes() },
+        Format::Dfq => {
+            Document { extension: "dfq", bytes: dfq::document(inspection, local(inspection.inspected_at_ms)) }
+        }
+    };
+    formats.iter().map(document).collect()
+}
+
+fn pretty(delivery: &Delivery) -> Vec<u8> {
+    format!("{:#}\n", delivery.message()).into_bytes()
+}
