@@ -191,9 +191,10 @@ impl Link {
                 Ending::Failed(error) => (of_connection(&error), of_lost_message(&error, &self.broker)),
                 Ending::Useless(reason) => (reason.clone(), Undelivered::unreachable(reason)),
             };
-            self.discard(&mut event_loop, &undelivered);
             tracing::warn!(broker = self.broker, reason, "not connected");
+            // First, so that whoever waits for a message finds this state when its wait ends.
             self.state.send_replace(LinkState::Down { reason });
+            self.discard(&mut event_loop, &undelivered);
             if begun.elapsed() > self.times.reconnect_last {
                 delay = self.times.reconnect_first;
             }

@@ -1,6 +1,7 @@
 //! What a user reads about failures.
 
 use app::doors::Undelivered;
+use rumqttc::v5::mqttbytes;
 use rumqttc::v5::mqttbytes::v5::{ConnectReturnCode, DisconnectReasonCode, PubAck, PubAckReason};
 use rumqttc::v5::{ConnectionError, StateError};
 
@@ -14,7 +15,10 @@ pub fn of_connection(error: &ConnectionError) -> String {
         ConnectionError::Io(error) => error.to_string(),
         ConnectionError::Tls(error) => format!("TLS failed: {error}"),
         ConnectionError::NotConnAck(_) => "the answer is not that of an MQTT 5 broker".to_owned(),
-        ConnectionError::MqttState(StateError::Io(error)) => error.to_string(),
+        ConnectionError::MqttState(
+            StateError::Io(error) | StateError::Deserialization(mqttbytes::Error::Io(error)),
+        ) => error.to_string(),
+        ConnectionError::MqttState(StateError::Deserialization(error)) => format!("unreadable answer: {error}"),
         ConnectionError::MqttState(StateError::ConnectionAborted) => "the broker closed the connection".to_owned(),
         ConnectionError::MqttState(StateError::AwaitPingResp) => "the broker no longer answers".to_owned(),
         ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, reason_string }) => {
@@ -71,8 +75,10 @@ pub fn of_lost_message(error: &ConnectionError, broker: &str) -> Undelivered {
                 | DisconnectReasonCode::NotAuthorized
                 | DisconnectReasonCode::QuotaExceeded
         ),
-        // An answer that the library cannot read, such as an acknowledgement with a reason that MQTT does not define.
-        ConnectionError::MqttState(StateError::Deserialization(_)) => true,
+        // An acknowledgement with a reason that MQTT does not define for it, in the words of the library.
+        ConnectionError::MqttState(StateError::Deserialization(mqttbytes::Error::InvalidConnectReturnCode(_))) => {
+            true
+        }
         _ => false,
     };
     let reason = format!("{broker} did not acknowledge: {}", of_connection(error));

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::tests::bench::{Running, result, settings, unreachable};
+use app::doors::Door as _;
+
+use crate::params::Times;
+use crate::tests::bench::{Running, result, settings, times, unreachable};
 use crate::tests::broker::{Broker, free_port};
 use crate::tests::subscriber::{Arrived, Subscriber};
 
@@ -100,9 +103,8 @@ async fn without_a_broker_a_delivery_fails_at_once_with_the_reason() {
 async fn a_broker_that_starts_later_is_found_by_the_next_delivery() {
     let mut broker = Broker::start();
     broker.kill();
-    let times =
-        crate::params::Times { reconnect_first: Duration::from_secs(3600), ..crate::tests::bench::times() };
-    let times = crate::params::Times { reconnect_last: Duration::from_secs(3600), ..times };
+    let never = Duration::from_secs(3600);
+    let times = Times { reconnect_first: never, reconnect_last: never, ..times() };
     let running = Running::start_with(settings(&broker.url()), times);
     unreachable(running.deliver(&result(1)).await);
     broker.start_again();
@@ -128,7 +130,7 @@ async fn after_the_end_a_delivery_fails_at_once() {
     let door = running.door.clone();
     running.close().await;
     let begun = Instant::now();
-    let reason = unreachable(app::doors::Door::deliver(&*door, &result(2)).await);
+    let reason = unreachable(door.deliver(&result(2)).await);
     assert!(reason.contains("is being shut down"), "{reason}");
     assert!(begun.elapsed() < Duration::from_secs(1));
 }

@@ -45,7 +45,7 @@ async fn a_result_carries_the_message_of_all_doors_and_expires_after_a_day() {
     assert_eq!((arrived.qos, arrived.retained), (1, false));
     assert_eq!(arrived.content_type, "application/json");
     assert!((86_390..=86_400).contains(&arrived.expiry_s.unwrap()), "{arrived:?}");
-    let late = Subscriber::with(&broker, &["-i", "late"]);
+    let late = Subscriber::late(&broker);
     assert_eq!(late.on("/result"), []);
 }
 

@@ -31,7 +31,7 @@ async fn every_change_of_the_state_is_published_and_the_last_one_retained() {
     let arrived = subscriber.until("sheaf/station/state", |arrived| arrived.len() == 4);
     let all = ["Preoperational", "Operational.Ready", "Operational.SingleExecution", "Operational.Ready"];
     assert_eq!(states(&arrived), all);
-    let late = Subscriber::with(&broker, &["-i", "late"]);
+    let late = Subscriber::late(&broker);
     let last = late.until("/state", |arrived| !arrived.is_empty()).remove(0);
     let stated = ["schema", "online", "change", "simulated"].map(|field| last.payload[field].clone());
     assert_eq!(stated, [json!("sheaf-state/1"), json!(true), json!(4), json!("twin")]);
@@ -58,7 +58,7 @@ async fn a_shutdown_says_goodbye_and_a_crash_is_announced_by_the_broker() {
     let will = &arrived[3];
     assert_eq!(will.payload, json!({ "schema": "sheaf-state/1", "online": false }));
     assert_eq!(will.content_type, "application/json");
-    let late = Subscriber::with(&broker, &["-i", "late"]);
+    let late = Subscriber::late(&broker);
     let retained = late.until("/state", |arrived| !arrived.is_empty()).remove(0);
     assert!(retained.retained && retained.payload["online"] == false, "{retained:?}");
 }

@@ -31,15 +31,24 @@ pub struct Subscriber {
 impl Subscriber {
     /// Of everything, with a session that outlives its connection; subscribed once this returns.
     pub fn of(broker: &Broker) -> Self {
-        Self::with(broker, &[])
+        Self::start(broker, "subscriber", &[])
     }
 
-    pub fn with(broker: &Broker, arguments: &[&str]) -> Self {
+    /// Beside another one.
+    pub fn late(broker: &Broker) -> Self {
+        Self::start(broker, "late", &[])
+    }
+
+    /// With arguments that name the user.
+    pub fn with_login(broker: &Broker, login: &[&str]) -> Self {
+        Self::start(broker, "subscriber", login)
+    }
+
+    fn start(broker: &Broker, id: &str, login: &[&str]) -> Self {
         let mut command = Command::new(program("mosquitto_sub"));
         command.args(["-V", "mqttv5", "-h", "127.0.0.1", "-p", &broker.port.to_string()]);
-        command.args(["-i", "subscriber", "-c", "-x", "3600", "-q", "1", "-t", "#"]);
-        // Without the word for "none", absent properties would shift the fields.
-        command.args(["-F", "%t\t%r\t%q\t%E\t%C\t%p"]).args(arguments);
+        command.args(["-i", id, "-c", "-x", "3600", "-q", "1", "-t", "#"]);
+        command.args(["-F", "%t\t%r\t%q\t%E\t%C\t%p"]).args(login);
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::inherit()).spawn().unwrap();
         let lines = BufReader::new(process.stdout.take().unwrap()).lines();
         let arrived = Arc::<Mutex<Vec<_>>>::default();
@@ -49,12 +58,12 @@ impl Subscriber {
             lines.map_while(Result::ok).for_each(|line| arriving.lock().push(parse(&line)));
         });
         let subscriber = Self { process, arrived };
-        subscriber.ready(broker, arguments);
+        subscriber.ready(broker, login);
         subscriber
     }
 
     /// Waits until a message of another client arrives.
-    pub fn ready(&self, broker: &Broker, arguments: &[&str]) {
+    pub fn ready(&self, broker: &Broker, login: &[&str]) {
         let before = self.probes();
         let begun = Instant::now();
         while self.probes() == before {
@@ -62,7 +71,7 @@ impl Subscriber {
             let status = Command::new(program("mosquitto_pub"))
                 .args(["-V", "mqttv5", "-h", "127.0.0.1", "-p", &broker.port.to_string()])
                 .args(["-t", "probe", "-m", "1"])
-                .args(arguments)
+                .args(login)
                 .stderr(Stdio::null())
                 .status();
             status.unwrap();
