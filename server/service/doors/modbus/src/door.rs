@@ -10,11 +10,12 @@ use async_trait::async_trait;
 use crate::handshake::results::Offer;
 use crate::line::{AppLine, count_results};
 use crate::registers::result_block::ResultBlock;
-use crate::server::{Shared, serve};
+use crate::server::params::IDLE;
+use crate::server::{Limits, Shared, serve};
 use crate::settings::Settings;
 
-/// A result that no PLC has asked for within this time is reported as waiting; it stays shown.
-const UNREACHABLE_AFTER: Duration = Duration::from_secs(60);
+/// See [`ModbusDoor::patience`].
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A test succeeds if there was a request within this time: a PLC polls more often.
 const REACHABLE_WITHIN: Duration = Duration::from_secs(10);
@@ -32,6 +33,8 @@ const INSPECTION_FINISHED: &str = "inspection.finished";
 pub struct ModbusDoor {
     settings: Settings,
     filter: EventFilter,
+    /// After so long without a request, a result is reported as waiting; it stays shown.
+    pub patience: Duration,
     /// What it shares with its server.
     pub shared: Arc<Shared>,
 }
@@ -51,7 +54,7 @@ impl ModbusDoor {
         }
         let filter = EventFilter::new(vec![INSPECTION_FINISHED.to_owned()], settings.recipes.clone())?;
         let shared = Shared::new(settings.writes);
-        Ok(Self { settings, filter, shared })
+        Ok(Self { settings, filter, patience: PATIENCE, shared })
     }
 
     /// Shows a result until it is acknowledged. Without writes, the newest result is shown and that is all.
@@ -72,10 +75,10 @@ impl ModbusDoor {
                 return Err(Undelivered::unreachable(reason));
             }
             let (last, _) = self.shared.last_contact();
-            if now.duration_since(last.max(begun)) >= UNREACHABLE_AFTER {
-                return Err(Undelivered::unreachable(
-                    "no PLC has sent a request for 60 s; the result waits for it",
-                ));
+            if now.duration_since(last.max(begun)) >= self.patience {
+                let seconds = self.patience.as_secs();
+                let reason = format!("no PLC has sent a request for {seconds} s; the result waits for one");
+                return Err(Undelivered::unreachable(reason));
             }
             // After either, it looks again.
             let _ = tokio::time::timeout(LOOK_AGAIN, requests.changed()).await;
@@ -122,6 +125,7 @@ impl Door for ModbusDoor {
 
     async fn serve(self: Arc<Self>, app: App) {
         let Settings { name, listen, max_connections, recipes, .. } = &self.settings;
+        let limits = Limits { max_connections: *max_connections, idle: IDLE };
         let line = Arc::new(AppLine::new(app.clone(), name, recipes));
         let note = |event_seq| self.shared.handshake.lock().results.note(event_seq);
         let counting = async {
@@ -130,7 +134,7 @@ impl Door for ModbusDoor {
         };
         tokio::select! {
             () = app.closing.cancelled() => {}
-            () = serve(self.shared.clone(), line, *listen, *max_connections) => {}
+            () = serve(self.shared.clone(), line, *listen, limits) => {}
             () = counting => {}
         }
     }

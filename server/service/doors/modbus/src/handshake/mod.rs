@@ -2,7 +2,7 @@
 //! clock and threads; the caller holds one lock.
 //!
 //! - A *change* of `command_seq` executes the command. The first value after a start does not: it may be one that was
-//!   executed before, and nothing may move twice.
+//!   executed before, and nothing may move twice. Stop is the exception: in doubt, it stops.
 //! - A result stays shown until the PLC writes its number to `result_ack`. Then `valid` is 0 until the PLC has read that,
 //!   and the next result is shown. Reading acknowledges nothing.
 
@@ -125,13 +125,14 @@ impl Handshake {
     /// Executes the command if its number has changed.
     fn command(&mut self, at: Circumstances) -> Option<Order> {
         let seq = COMMAND_SEQ.number(&self.holding) as u16;
+        let is_stop = Command::numbered(COMMAND.number(&self.holding)) == Some(Command::Stop);
         match self.command_seq.replace(seq) {
-            None => {
+            None if !is_stop => {
                 self.ack = (seq, AckCode::Restarted);
                 return None;
             }
             Some(before) if before == seq => return None,
-            Some(_) => {}
+            None | Some(_) => {}
         }
         match self.task(at) {
             Ok(Some(task)) => Some(Order { seq, task }),

@@ -153,6 +153,20 @@ fn a_silent_plc_can_still_stop_and_a_stop_needs_no_state() {
 }
 
 #[test]
+fn of_the_first_commands_after_a_start_only_stop_is_executed() {
+    for command in 0..7 {
+        let mut bench = Bench::new();
+        bench.handshake = Handshake::new(true, bench.at.now);
+        bench.part(12, "S1");
+        let order = bench.write(0, &[1, command, 8]);
+        match command {
+            3 => assert_eq!(order, Some(Order { seq: 8, task: Task::Stop })),
+            _ => assert_eq!((order, bench.ack()), (None, (8, AckCode::Restarted.number()))),
+        }
+    }
+}
+
+#[test]
 fn the_heartbeat_counts_by_its_changes() {
     let mut bench = Bench::new();
     assert!(bench.bit(0) && bench.bit(7));

@@ -120,7 +120,7 @@ fn code(error: &AppError) -> AckCode {
         (ErrorKind::Conflict | ErrorKind::Impossible, _) => AckCode::NotReady,
         _ => AckCode::Unavailable,
     };
-    tracing::warn!(code = code.number(), error = error.detail, cause = error.cause, "a command was refused");
+    tracing::info!(code = code.number(), error = error.detail, cause = error.cause, "a command was refused");
     code
 }
 

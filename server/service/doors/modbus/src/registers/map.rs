@@ -126,7 +126,7 @@ map! {
         "The command to be executed, see the list of commands.");
     COMMAND_SEQ = holding(2, Kind::U16, "command_seq",
         "A change executes the command, with recipe and serial number as they are then. Write it last, or all in one \
-         request. The first value after a start of the server is not executed: ack_code is 10.");
+         request. The first value after a start of the server executes nothing but stop: ack_code is 10.");
     RESULT_ACK = holding(3, Kind::U16, "result_ack",
         "Written with the value of result_seq: the PLC has taken the result. valid becomes 0, then the next one is shown.");
     TRIGGER_RECIPE = holding(4, Kind::U32, "recipe",

@@ -8,7 +8,7 @@ pub mod params;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 use tokio::io::AsyncWriteExt as _;
@@ -21,7 +21,7 @@ use crate::handshake::{Circumstances, Handshake};
 use crate::line::Line;
 use crate::server::connections::{Connections, Place};
 use crate::server::frame::{Message, Request};
-use crate::server::params::{ACCEPT_RETRY, BIND_RETRY, IDLE};
+use crate::server::params::{ACCEPT_RETRY, BIND_RETRY};
 
 /// What connections, commands and deliveries share.
 pub struct Shared {
@@ -74,8 +74,18 @@ impl Shared {
     }
 }
 
+/// Limits of the server.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// Connections at a time.
+    pub max_connections: usize,
+    /// A connection that is silent for so long is closed; also the time that a client has to take an answer.
+    pub idle: Duration,
+}
+
 /// Serves until it is dropped, with every connection.
-pub async fn serve(shared: Arc<Shared>, line: Arc<dyn Line>, listen: SocketAddr, max_connections: usize) {
+pub async fn serve(shared: Arc<Shared>, line: Arc<dyn Line>, listen: SocketAddr, limits: Limits) {
+    let Limits { max_connections, idle } = limits;
     let listener = bind(&shared, listen).await;
     let places = Connections::new(max_connections);
     let mut connections = JoinSet::new();
@@ -84,7 +94,8 @@ pub async fn serve(shared: Arc<Shared>, line: Arc<dyn Line>, listen: SocketAddr,
         match listener.accept().await {
             Ok((stream, from)) => match places.place(Instant::now()) {
                 Some(place) => {
-                    let connection = Connection { shared: shared.clone(), line: line.clone(), from, place };
+                    let (shared, line) = (shared.clone(), line.clone());
+                    let connection = Connection { shared, line, from, place, idle };
                     connections.spawn(connection.serve(stream));
                 }
                 None => tracing::warn!(%from, max_connections, "all connections are in use: one was closed"),
@@ -137,6 +148,7 @@ struct Connection {
     line: Arc<dyn Line>,
     from: SocketAddr,
     place: Place,
+    idle: Duration,
 }
 
 impl Connection {
@@ -155,7 +167,7 @@ impl Connection {
     async fn answer_all(&self, mut stream: TcpStream) -> io::Result<&'static str> {
         stream.set_nodelay(true)?;
         loop {
-            let Ok(message) = tokio::time::timeout(IDLE, Message::read(&mut stream)).await else {
+            let Ok(message) = tokio::time::timeout(self.idle, Message::read(&mut stream)).await else {
                 return Ok("it was idle");
             };
             let Some(message) = message? else { return Ok("the client closed it") };
@@ -163,7 +175,7 @@ impl Connection {
             self.place.note_request(now);
             self.shared.note_request(now);
             let answer = self.answer(&message, now).unwrap_or_else(|exception| message.refused(exception));
-            match tokio::time::timeout(IDLE, stream.write_all(&answer)).await {
+            match tokio::time::timeout(self.idle, stream.write_all(&answer)).await {
                 Ok(written) => written?,
                 Err(_) => return Ok("the client does not take the answer"),
             }

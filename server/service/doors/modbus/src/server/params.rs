@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A connection that is silent for so long is closed; also the time that a client has to take an answer.
+/// A connection that is silent for so long is closed.
 pub const IDLE: Duration = Duration::from_secs(60);
 
 /// Only a connection that is silent for so long may be replaced by a new one: a PLC that polls keeps its own.

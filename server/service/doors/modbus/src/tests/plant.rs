@@ -14,12 +14,15 @@ use crate::door::ModbusDoor;
 use crate::handshake::codes::AckCode;
 use crate::handshake::order::JobEnd;
 use crate::line::{Line, State, Station};
-use crate::server::serve;
+use crate::server::{Limits, serve};
 use crate::settings::Settings;
 use crate::tests::{delivery, inspection};
 
 /// Events are numbered otherwise than inspections.
 const FIRST_EVENT: i64 = 100;
+
+/// As in the service.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What survives the end of the server.
 pub struct Plant {
@@ -27,6 +30,8 @@ pub struct Plant {
     pub line: Arc<ScriptedLine>,
     /// Event of the last result whose delivery is stored.
     position: Arc<Mutex<i64>>,
+    /// Time after which the server closes a silent connection, and reports a result as waiting.
+    pub patience: Duration,
     running: Option<Running>,
 }
 
@@ -65,7 +70,7 @@ impl Plant {
             refuses: Mutex::default(),
             ends: watch::Sender::new(true),
         });
-        Self { address, line, position: Arc::new(Mutex::new(FIRST_EVENT)), running: None }
+        Self { address, line, position: Arc::new(Mutex::new(FIRST_EVENT)), patience: PATIENCE, running: None }
     }
 
     pub fn settings(&self) -> Settings {
@@ -84,9 +89,11 @@ impl Plant {
 
     /// Starts server and deliveries.
     pub fn start_with(&mut self, settings: Settings) {
-        let max_connections = settings.max_connections;
-        let door = Arc::new(ModbusDoor::new(settings).unwrap());
-        let serving = tokio::spawn(serve(door.shared.clone(), self.line.clone(), self.address, max_connections));
+        let limits = Limits { max_connections: settings.max_connections, idle: self.patience };
+        let mut door = ModbusDoor::new(settings).unwrap();
+        door.patience = self.patience;
+        let door = Arc::new(door);
+        let serving = tokio::spawn(serve(door.shared.clone(), self.line.clone(), self.address, limits));
         let delivering = tokio::spawn(deliver_all(door.clone(), self.line.clone(), self.position.clone()));
         self.running = Some(Running { door, tasks: vec![serving, delivering] });
     }

@@ -312,6 +312,24 @@ async fn a_port_in_use_is_named_with_its_remedy_until_it_is_free() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_silent_connection_is_closed_and_its_result_waits_for_the_next_one() {
+    let mut plant = Plant::new(0);
+    plant.patience = Duration::from_millis(200);
+    plant.start();
+    drop(client(&plant).await);
+    let mut silent = TcpStream::connect(plant.address).await.unwrap();
+    let result = delivery(1000, inspection(1, "S1"));
+    let undelivered = plant.door().deliver(&result).await.unwrap_err();
+    assert!(undelivered.to_string().contains("no PLC has sent a request"), "{undelivered}");
+    let closed = tokio::time::timeout(PATIENCE, silent.read(&mut [0])).await.unwrap();
+    assert_eq!(closed.unwrap(), 0);
+    let mut plc = client(&plant).await;
+    assert!(is_valid(&plc.read_input_registers(0, 11).await.unwrap().unwrap()));
+    plc.write_single_register(3, 1).await.unwrap().unwrap();
+    plant.door().deliver(&result).await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_test_message_needs_a_plc_and_shows_nothing() {
     let mut plant = Plant::new(0);
     plant.start();
