@@ -19,7 +19,10 @@ pub fn of_connection(error: &ConnectionError) -> String {
             StateError::Io(error) | StateError::Deserialization(mqttbytes::Error::Io(error)),
         ) => error.to_string(),
         ConnectionError::MqttState(StateError::Deserialization(error)) => format!("unreadable answer: {error}"),
-        ConnectionError::MqttState(StateError::ConnectionAborted) => "the broker closed the connection".to_owned(),
+        // Some brokers, mosquitto 2.0 among them, do not say so when another client takes the session over.
+        ConnectionError::MqttState(StateError::ConnectionAborted) => {
+            "the broker closed the connection; perhaps another client uses the same client id".to_owned()
+        }
         ConnectionError::MqttState(StateError::AwaitPingResp) => "the broker no longer answers".to_owned(),
         ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, reason_string }) => {
             let why = of_disconnect(*reason_code);

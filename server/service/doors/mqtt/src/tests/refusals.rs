@@ -90,7 +90,7 @@ async fn a_second_station_of_the_same_name_is_named_as_the_reason() {
     let begun = Instant::now();
     // Both take the session from each other. A delivery meets the end of a connection in different ways.
     let mut reasons = BTreeSet::new();
-    while !reasons.iter().any(|why: &String| why.contains("another client with the same client id")) {
+    while !reasons.iter().any(|why: &String| why.contains("perhaps another client uses the same client id")) {
         assert!(begun.elapsed() < PATIENCE, "{reasons:?}");
         if let Err(why) = first.deliver(&result(2)).await {
             reasons.insert(unreachable(Err(why)));

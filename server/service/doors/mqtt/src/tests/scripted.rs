@@ -85,6 +85,15 @@ async fn reasons_of_acknowledgements_are_told_apart() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_session_that_was_taken_over_is_named_and_holds_events_back() {
+    let broker = ScriptedBroker::start(true, &[], results(|_, _| Reply::Bytes(vec![0xE0, 2, 0x8E, 0])));
+    let running = start(&broker);
+    let reason = unreachable(running.deliver(&result(1)).await);
+    assert!(reason.contains("another client with the same client id connected"), "{reason}");
+    running.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_broker_that_acknowledges_nothing_is_of_no_use() {
     // Maximum QoS 0.
     let broker = ScriptedBroker::start(false, &[0x24, 0], |id, _| Reply::Bytes(puback(id, 0)));
