@@ -2,7 +2,7 @@
 
 Usage: plc.py PORT N_PARTS. Prints {"results": [[result_seq, serial], ...], "repeated": n} in the order of arrival. It
 does what a PLC program has to do: a heartbeat, a new command_seq per command, an acknowledgement per result, and a
-comparison of result_seq with the last one after the connection was lost.
+comparison of result_seq with the last one, since a result may come again after a restart of the server.
 """
 
 import json
@@ -41,11 +41,12 @@ class Plc:
             time.sleep(0.005)
         sys.exit("the server does not answer")
 
-    def write_block(self):
+    def write_block(self, result_ack=None):
         """Everything that a PLC writes, as it would in every cycle."""
+        result_ack = self.last_seq if result_ack is None else result_ack
         self.heartbeat = (self.heartbeat + 1) % 65536
         serial = struct.unpack(">16H", self.serial.encode().ljust(32, b"\0"))
-        block = [self.heartbeat, self.command, self.command_seq, self.last_seq, 0, 12, *serial]
+        block = [self.heartbeat, self.command, self.command_seq, result_ack, 0, 12, *serial]
         self.request(lambda client: client.write_registers(0, block, device_id=7))
 
     def read_inputs(self):
@@ -69,13 +70,14 @@ class Plc:
     def take(self, inputs):
         """Notes a result, and acknowledges it, also one that comes again."""
         seq = inputs[10]
-        if seq == self.last_seq:
+        ahead = (seq - self.last_seq) % 65535
+        if self.results and not 0 < ahead < 32768:
             self.repeated += 1
         else:
             serial = b"".join(word.to_bytes(2, "big") for word in inputs[16:32]).rstrip(b"\0").decode()
             self.results.append([seq, serial])
             self.last_seq = seq
-        self.write_block()
+        self.write_block(seq)
 
     def execute(self, command, serial=""):
         """Executes a command; returns its code."""

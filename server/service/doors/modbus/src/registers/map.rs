@@ -148,8 +148,8 @@ map! {
     WORD_ORDER = input(8, Kind::F32, "word_order_test", "Always 1234.5.");
 
     RESULT_SEQ = input(10, Kind::U16, "result_seq",
-        "Number of the result shown: (number of the inspection - 1) modulo 65535 + 1; 0: none yet. The same number again is \
-         the same result.");
+        "Number of the result shown: (number of the inspection - 1) modulo 65535 + 1; 0: none yet. A \
+         number that is not ahead of the last one taken is a result that comes again: acknowledge it again.");
     VERDICT = input(11, Kind::U16, "verdict",
         "The part: 1 ok, 2 not ok, 3 undecided, 4 invalid. Accept only 1.");
     N_CHARACTERISTICS = input(12, Kind::U16, "n",

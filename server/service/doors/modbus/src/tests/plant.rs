@@ -30,9 +30,19 @@ pub struct Plant {
     pub line: Arc<ScriptedLine>,
     /// Event of the last result whose delivery is stored.
     position: Arc<Mutex<i64>>,
+    /// Set: the next acknowledgement is not stored, and nothing is delivered after it.
+    crashing: watch::Sender<Crash>,
     /// Time after which the server closes a silent connection, and reports a result as waiting.
     pub patience: Duration,
     running: Option<Running>,
+}
+
+/// A crash between an acknowledgement and its storage.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Crash {
+    None,
+    Planned,
+    Reached,
 }
 
 struct Running {
@@ -70,7 +80,14 @@ impl Plant {
             refuses: Mutex::default(),
             ends: watch::Sender::new(true),
         });
-        Self { address, line, position: Arc::new(Mutex::new(FIRST_EVENT)), patience: PATIENCE, running: None }
+        Self {
+            address,
+            line,
+            position: Arc::new(Mutex::new(FIRST_EVENT)),
+            crashing: watch::Sender::new(Crash::None),
+            patience: PATIENCE,
+            running: None,
+        }
     }
 
     pub fn settings(&self) -> Settings {
@@ -94,7 +111,12 @@ impl Plant {
         door.patience = self.patience;
         let door = Arc::new(door);
         let serving = tokio::spawn(serve(door.shared.clone(), self.line.clone(), self.address, limits));
-        let delivering = tokio::spawn(deliver_all(door.clone(), self.line.clone(), self.position.clone()));
+        let delivering = tokio::spawn(deliver_all(
+            door.clone(),
+            self.line.clone(),
+            self.position.clone(),
+            self.crashing.clone(),
+        ));
         self.running = Some(Running { door, tasks: vec![serving, delivering] });
     }
 
@@ -111,6 +133,14 @@ impl Plant {
         }
     }
 
+    /// Ends the server after an acknowledgement that is not stored.
+    pub async fn kill_before_storing(&mut self) {
+        self.crashing.send_replace(Crash::Planned);
+        let _ = self.crashing.subscribe().wait_for(|crash| *crash == Crash::Reached).await;
+        self.kill().await;
+        self.crashing.send_replace(Crash::None);
+    }
+
     /// Waits until the delivery of so many results is stored.
     pub async fn stored(&self, n: usize) {
         while *self.position.lock() < FIRST_EVENT + n as i64 {
@@ -120,7 +150,12 @@ impl Plant {
 }
 
 /// As the task of a door in the service: in order, and stored after the acknowledgement.
-async fn deliver_all(door: Arc<ModbusDoor>, line: Arc<ScriptedLine>, position: Arc<Mutex<i64>>) {
+async fn deliver_all(
+    door: Arc<ModbusDoor>,
+    line: Arc<ScriptedLine>,
+    position: Arc<Mutex<i64>>,
+    crashing: watch::Sender<Crash>,
+) {
     let mut inspected = line.inspected.subscribe();
     let mut noted = *position.lock();
     loop {
@@ -143,9 +178,12 @@ async fn deliver_all(door: Arc<ModbusDoor>, line: Arc<ScriptedLine>, position: A
             // More results wait, which only changes how many. The same one is offered again.
             _ = inspected.changed() => { inspected.mark_changed(); false }
         };
-        // A crash here is why a result may come twice.
-        tokio::task::yield_now().await;
         if delivered {
+            // Why a result may come twice.
+            if *crashing.borrow() == Crash::Planned {
+                crashing.send_replace(Crash::Reached);
+                std::future::pending::<()>().await;
+            }
             *position.lock() = event_seq;
         }
     }
