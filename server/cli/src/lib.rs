@@ -7,6 +7,7 @@ mod answer;
 mod arguments;
 mod commands;
 mod config;
+mod doors;
 mod drivers;
 mod heap;
 mod inputs;

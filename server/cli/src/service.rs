@@ -16,9 +16,13 @@ pub const SHUTDOWN_LIMIT: Duration = Duration::from_secs(10);
 /// Everything but the port.
 ///
 /// # Errors
-/// If the data directory cannot be used, or a thread cannot be started.
+/// If the data directory or a door cannot be used, or a thread cannot be started.
 pub async fn assemble(config: Config) -> Result<Http, Failure> {
-    Http::start(App::start(config.app, Vec::new()).await?, config.http)
+    let doors = config.doors.doors().map_err(|bad| {
+        Failure::bad_input(format!("[[{}]] number {}: {}", bad.key, bad.number, bad.bad))
+            .remedy("correct the configuration")
+    })?;
+    Http::start(App::start(config.app, doors).await?, config.http)
 }
 
 /// Serves until `ended`, then ends in the order that leaves the laser off: the station first.

@@ -11,7 +11,7 @@ use crate::docker_check::{docker_check, ensure_station_base};
 use crate::linted::{as_linted, document, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::steps::{debug_program, is_root};
-use crate::tools::{GENICAM, ensure_genicam, ensure_python};
+use crate::tools::{GENICAM, ensure_broker, ensure_genicam, ensure_python};
 use crate::unchanged::{Executables, record};
 
 /// Slots of a processor that `.config/nextest.toml` divides among tests.
@@ -33,6 +33,8 @@ pub fn test() -> Outcome {
         run("build and lints", linted(&build).args(features))?;
         document(features, &stand_in)
     };
+    // Tests of doors fail without it and say so.
+    ensure_broker().unwrap_or_else(|error| say(&format!("── no MQTT broker for the tests: {error}")));
     let with_root = is_root();
     let beside = || {
         ensure_page()?;

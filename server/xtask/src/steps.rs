@@ -16,10 +16,16 @@ pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
     run(command, &mut process)
 }
 
-/// Writes the API document of this version to `openapi/openapi.json`, and the page's types from it.
+/// Writes the documents of this version's interfaces to `openapi/`, and the page's types from the API document.
 pub fn write_openapi() -> Outcome {
     let program = build_program()?;
-    for (arguments, file) in [(&["openapi"][..], "openapi.json"), (&["openapi", "--events"][..], "events.md")] {
+    let documents: [(&[&str], &str); 4] = [
+        (&["openapi"], "openapi.json"),
+        (&["openapi", "--events"], "events.md"),
+        (&["openapi", "--registers", "markdown"], "modbus.md"),
+        (&["openapi", "--registers", "csv"], "modbus.csv"),
+    ];
+    for (arguments, file) in documents {
         let output = Command::new(&program).args(arguments).output()?;
         if !output.status.success() {
             return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());

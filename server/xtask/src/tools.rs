@@ -58,6 +58,12 @@ pub fn ensure_genicam() -> Outcome {
     ensure_program("arv-fake-gv-camera-0.8", "aravis-tools")
 }
 
+/// Installs the MQTT broker that the tests of doors publish to, and its client.
+pub fn ensure_broker() -> Outcome {
+    ensure_program("mosquitto", "mosquitto")?;
+    ensure_program("mosquitto_sub", "mosquitto-clients")
+}
+
 /// Installs a Debian package.
 pub fn ensure_apt(package: &str) -> Outcome {
     say(&format!("── installing the Debian package {package}"));

@@ -24,7 +24,7 @@ pub use bench::{
 pub use calibrate::{AxisArgs, CalibrateArgs};
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
 pub use scan::{CompareArgs, InspectArgs, MeasureArgs, ScanArgs};
-pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
+pub use service::{DoctorArgs, OpenapiArgs, RegisterFormat, ServeArgs, SettingsArgs};
 pub use simulation::{
     DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
 };

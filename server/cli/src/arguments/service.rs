@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 /// `sheaf openapi`.
 #[derive(Debug, Args)]
@@ -10,6 +10,18 @@ pub struct OpenapiArgs {
     /// Print the event catalogue as Markdown instead.
     #[arg(long)]
     pub events: bool,
+    /// Print the Modbus register map instead.
+    #[arg(long, value_name = "FORMAT", conflicts_with = "events")]
+    pub registers: Option<RegisterFormat>,
+}
+
+/// Format of the register map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RegisterFormat {
+    /// Tables to read.
+    Markdown,
+    /// A table for PLC tools.
+    Csv,
 }
 
 /// `sheaf serve`.

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
+use app::doors::BadSetting;
 use capture::TargetError;
 use remedy::Remedy;
 
@@ -66,6 +67,18 @@ pub enum ConfigError {
         kind: &'static str,
         /// Why, with what is possible.
         why: Box<TargetError>,
+    },
+    /// A door that cannot be opened.
+    #[error("[[{key}]] number {number} ({origin}): {bad}")]
+    BadDoor {
+        /// The list that it is in.
+        key: &'static str,
+        /// Its position in the list, from 1.
+        number: usize,
+        /// Where the list is.
+        origin: Origin,
+        /// What is wrong with it.
+        bad: BadSetting,
     },
     /// `--set` without `=`.
     #[error("--set {text} has no \"=\"")]
@@ -131,6 +144,9 @@ impl Remedy for ConfigError {
             Self::UnknownKey { hint, .. } => hint.into(),
             Self::BadValue { expected, .. } => format!("give {expected}").into(),
             Self::BadTarget { why, .. } => return why.remedy(),
+            Self::BadDoor { key, .. } => {
+                format!("correct the entry; `sheaf config` describes what {key} is for").into()
+            }
             Self::NoEqualSign { .. } => "write --set KEY=VALUE".into(),
             Self::Missing { kind, name, expected, .. } => {
                 format!("set station.{kind}.{name} to {expected}").into()

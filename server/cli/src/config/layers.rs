@@ -11,6 +11,7 @@ use crate::config::origin::Origin;
 use crate::config::setting::{Setting, all};
 use crate::config::settings::Settings;
 use crate::config::{Config, ConfigError};
+use crate::doors::BadDoor;
 use crate::drivers::station_devices;
 
 /// What the command line said.
@@ -74,6 +75,10 @@ pub fn effective(
             why: Box::new(error),
             key,
         }
+    })?;
+    read.doors.clone().doors().map_err(|BadDoor { key, number, bad }| {
+        let origin = Origin::of(&value(key));
+        ConfigError::BadDoor { key, number, origin, bad }
     })?;
     let values = settings.into_iter().map(|setting| {
         let value = value(&setting.key);

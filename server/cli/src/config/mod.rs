@@ -16,6 +16,8 @@ use std::net::SocketAddr;
 use app::config::AppConfig;
 use http::HttpConfig;
 
+use crate::doors::DoorSettings;
+
 /// The configuration in force.
 #[derive(Debug, Clone)]
 pub struct Config {
@@ -25,4 +27,6 @@ pub struct Config {
     pub app: AppConfig,
     /// Who may talk to the service.
     pub http: HttpConfig,
+    /// Where it delivers events.
+    pub doors: DoorSettings,
 }

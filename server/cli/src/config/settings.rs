@@ -13,6 +13,7 @@ use station::StationDevices;
 use twin::StationShape;
 
 use crate::config::Config;
+use crate::doors::DoorSettings;
 use crate::drivers::StationSettings;
 
 /// The whole file.
@@ -26,6 +27,7 @@ pub struct Settings {
     pub target: TargetSettings,
     pub projector: ProjectorSettings,
     pub http: HttpSettings,
+    pub doors: DoorSettings,
 }
 
 /// `[target]`: the board used for calibration.
@@ -126,6 +128,7 @@ impl Default for Settings {
                 line_direction: "rows".to_owned(),
             },
             http: HttpSettings::default(),
+            doors: DoorSettings::default(),
         }
     }
 }
@@ -150,7 +153,7 @@ impl TargetSettings {
 impl Settings {
     /// The configuration of a service with these devices.
     pub fn with(self, station: StationDevices) -> Config {
-        let Self { listen, data, target, projector, http, .. } = self;
+        let Self { listen, data, target, projector, http, doors, .. } = self;
         Config {
             listen,
             app: AppConfig {
@@ -170,6 +173,7 @@ impl Settings {
                 allowed_origins: http.allowed_origins,
                 trusted_proxy: http.trusted_proxy,
             },
+            doors,
         }
     }
 }

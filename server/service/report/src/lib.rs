@@ -6,6 +6,7 @@
 pub mod calibration;
 mod chapters;
 mod drawing;
+pub mod inspection;
 pub mod scan;
 pub mod tables;
 pub mod target_sheet;

@@ -3,6 +3,7 @@
 mod calibrating;
 mod configuration;
 mod deleting;
+mod doors;
 mod inspections;
 mod page;
 mod protocol;

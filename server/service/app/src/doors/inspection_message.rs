@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use store::{InspectionRecord, StoreError};
 use utoipa::ToSchema;
 
@@ -82,7 +83,8 @@ pub struct CharacteristicMessage {
     pub reason: Option<String>,
     /// Attributes of the characteristic, as in the plan.
     #[serde(default)]
-    pub attributes: BTreeMap<String, String>,
+    #[schema(value_type = Object)]
+    pub attributes: BTreeMap<String, Value>,
 }
 
 impl CharacteristicMessage {
@@ -121,5 +123,57 @@ impl TryFrom<InspectionRecord> for InspectionMessage {
             inspected_at_ms: record.created_at_ms,
             id: record.id,
         })
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn record(characteristics: &Value) -> InspectionRecord {
+        let body = json!({
+            "recipe_digest": "d", "recipe_number": 12, "calibration_id": "c", "simulated": true,
+            "attributes": { "line": "4" }, "result": { "characteristics": characteristics },
+        });
+        InspectionRecord {
+            id: "i".to_owned(),
+            seq: 7,
+            serial: "S1".to_owned(),
+            order_number: None,
+            recipe_id: "bracket".to_owned(),
+            recipe_version: 3,
+            verdict: "not_ok".to_owned(),
+            scan_id: None,
+            re_evaluated_from: None,
+            job_id: None,
+            body,
+            created_at_ms: 1_795_708_350_123,
+        }
+    }
+
+    #[test]
+    fn an_inspection_is_read_as_stored() {
+        let stored = json!([{
+            "id": "h", "measure": "step", "unit": "mm", "nominal": 8.9, "lower": -0.05, "upper": 0.1, "value": 9.02,
+            "expanded_uncertainty": 0.01, "coverage_factor": 2, "verdict": "not_ok", "reason": null,
+            "attributes": { "K2001": "1", "line": 4 }, "notes": [],
+        }]);
+        let message = InspectionMessage::try_from(record(&stored)).unwrap();
+        assert_eq!((message.seq, message.recipe.version, message.recipe.number), (7, 3, Some(12)));
+        assert_eq!(message.inspected_at, "2026-11-26T15:52:30.123Z");
+        let result = &message.results[0];
+        assert_eq!((result.value, result.verdict.as_deref()), (Some(9.02), Some("not_ok")));
+        assert_eq!(result.attributes["line"], 4);
+        let (lower, upper) = result.limits();
+        assert!((lower.unwrap() - 8.85).abs() < 1e-12 && (upper.unwrap() - 9.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_inspection_that_cannot_be_read_is_a_damaged_record() {
+        let error = InspectionMessage::try_from(record(&json!([{ "id": 1 }]))).unwrap_err();
+        assert!(matches!(error, StoreError::DamagedRecord { kind: "inspection", .. }), "{error}");
     }
 }

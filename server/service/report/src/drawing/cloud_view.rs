@@ -75,8 +75,19 @@ impl CloudView {
         Self { low_mm: at(CUT_SHARE), high_mm: at(1.0 - CUT_SHARE), points }
     }
 
-    /// Heights as colours over x and y, as the camera sees the part.
-    pub fn seen_from_above(&self) -> Result<Markup, Failure> {
+    /// The heights at the ends of the colours, mm.
+    pub fn heights_mm(&self) -> [f64; 2] {
+        [self.low_mm, self.high_mm]
+    }
+
+    /// Heights as colours over x and y, as the camera sees the part; width and height of the picture, mm.
+    pub fn picture_from_above(&self) -> (RgbaImage, [f64; 2]) {
+        let (picture, [left, right], [top, bottom]) = self.raster();
+        (picture, [right - left, bottom - top])
+    }
+
+    /// The picture, its ends along x and along y, mm.
+    fn raster(&self) -> (RgbaImage, [f64; 2], [f64; 2]) {
         let x = bounds(self.points.iter().map(|point| point.x_mm));
         let y = bounds(self.points.iter().map(|point| point.y_mm));
         let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
@@ -95,13 +106,18 @@ impl CloudView {
                 (sum, n) => self.colour(sum / f64::from(n)),
             }
         });
+        (picture, [x.0, x.0 + cell_mm * columns as f64], [y.0, y.0 + cell_mm * rows as f64])
+    }
+
+    /// The same with axes, for a page.
+    pub fn seen_from_above(&self) -> Result<Markup, Failure> {
+        let (picture, [left, right], [top, bottom]) = self.raster();
         let uri = data_uri("image/png", &encode_rgba_png(&picture)?);
-        let (right, bottom) = (x.0 + cell_mm * columns as f64, y.0 + cell_mm * rows as f64);
         let mut plot = Plot::new(
-            Axis::new(x.0, right, "x, mm"),
-            Axis::new(bottom, y.0, "y, mm"),
+            Axis::new(left, right, "x, mm"),
+            Axis::new(bottom, top, "y, mm"),
             520.0,
-            520.0 * (bottom - y.0) / (right - x.0),
+            520.0 * (bottom - top) / (right - left),
         );
         plot.backdrop(&uri);
         Ok(figure(

@@ -5,47 +5,12 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::block_recipe;
-use crate::common::server::{Answer, Server};
+use super::{block_recipe, inspect, inspected, place_block};
+use crate::common::server::Server;
 use crate::http::fresh;
 
 /// What a part is made wrong by, mm; the recipe permits half of it.
 const DEFECT_MM: f64 = 0.06;
-
-/// Puts a block of this height on the stage.
-fn place_block(server: &Server, height_mm: f64) {
-    let corner = |idx: usize| {
-        let side = |bit: usize, low: f64, high: f64| if idx >> bit & 1 == 1 { high } else { low };
-        [side(0, -10.0, 10.0), side(1, -8.0, 8.0), side(2, 0.0, height_mm)]
-    };
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let mut text = "solid block\n".to_owned();
-    for [a, b, c, d] in faces {
-        for triangle in [[a, b, c], [a, c, d]] {
-            let vertices: String =
-                triangle.map(corner).iter().map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).collect();
-            text += &format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n");
-        }
-    }
-    text += "endsolid block\n";
-    let headers = [("content-type", "model/stl")];
-    server.send("PUT", "/api/v1/simulation/scene/part", &headers, text.as_bytes()).expect(200);
-}
-
-fn inspect(server: &Server, query: &str, key: Option<&str>, body: &Value) -> Answer {
-    let mut headers = vec![("content-type", "application/json")];
-    headers.extend(key.map(|key| ("idempotency-key", key)));
-    server.send("POST", &format!("/api/v1/inspections{query}"), &headers, body.to_string().as_bytes())
-}
-
-/// Inspects a part and waits for the end; returns the inspection.
-fn inspected(server: &Server, body: &Value) -> Value {
-    let accepted = inspect(server, "", None, body);
-    accepted.expect(202);
-    let job = server.wait_for_job(accepted.header("location").unwrap());
-    assert_eq!((&job["state"], &job["result"]["kind"]), (&json!("succeeded"), &json!("inspection")), "{job:#}");
-    server.get(job["result"]["href"].as_str().unwrap()).expect(200)
-}
 
 fn serials(server: &Server, query: &str) -> Vec<String> {
     let (mut next, mut serials) = (Some(format!("/api/v1/inspections{query}")), Vec::new());

@@ -2,9 +2,11 @@
 
 mod finished;
 mod judged;
+mod sheet;
 
 pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
 pub use judged::judged;
+pub use sheet::{ReportFormat, inspection_report};
 
 use std::collections::BTreeMap;
 

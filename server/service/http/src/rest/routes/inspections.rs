@@ -6,24 +6,29 @@ use crate::Http;
 use app::error::AppError;
 use axum::Json;
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use store::{InspectionFilter, JobState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
-use crate::rest::answers::Reply;
+use crate::rest::answers::{Reply, bytes};
+use crate::rest::around::headers::CSP_REPORT;
 use crate::rest::control::By;
 use crate::rest::conversions::accepted;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::inspection::inspections::{InspectionDto, InspectionQueueDto};
-use crate::wire::inspection::requests::{HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, WaitQuery};
+use crate::wire::inspection::requests::{
+    HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportFormatDto, ReportQuery, WaitQuery,
+};
 use crate::wire::job::jobs::{JobDto, job_href};
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
 use app::App;
+use app::inspections::{ReportFormat, inspection_report};
 use app::recipes::RecipeRef;
 use app::use_cases;
 
@@ -35,6 +40,7 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
         .routes(routes!(list_inspections, start_inspection))
         .routes(routes!(get_inspection))
+        .routes(routes!(get_inspection_report))
         .routes(routes!(re_evaluate_inspection))
         .routes(routes!(get_inspection_queue))
         .routes(routes!(hold_inspections))
@@ -135,6 +141,26 @@ async fn get_inspection(
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<InspectionDto>, Problem> {
     Ok(Json(app.catalogue.read().inspection(&id).await?.try_into()?))
+}
+
+/// Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance.
+#[utoipa::path(
+    get, path = "/inspections/{id}/report", tag = "inspections", params(("id" = String, Path), ReportQuery),
+    responses((status = 200, content((String = "text/html"), (Vec<u8> = "application/pdf"))))
+)]
+async fn get_inspection_report(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<ReportQuery>,
+) -> Result<Response, Problem> {
+    let (format, media_type) = match query.format.unwrap_or_default() {
+        ReportFormatDto::Html => (ReportFormat::Html, "text/html; charset=utf-8"),
+        ReportFormatDto::Pdf => (ReportFormat::Pdf, "application/pdf"),
+    };
+    let report = inspection_report(app.catalogue.read(), &*app.artifacts, &id, format).await?;
+    let mut response = bytes(media_type, None, report);
+    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
+    Ok(response)
 }
 
 /// Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and

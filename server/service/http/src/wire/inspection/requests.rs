@@ -115,3 +115,24 @@ pub struct InspectionsQuery {
     #[param(minimum = 1, maximum = 200)]
     pub limit: Option<u32>,
 }
+
+/// Selects the form of a report.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ReportQuery {
+    /// Form of the report; default `html`.
+    #[param(inline)]
+    pub format: Option<ReportFormatDto>,
+}
+
+/// Form of a report.
+#[derive(Debug, Clone, Copy, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReportFormatDto {
+    /// A page without scripts.
+    #[default]
+    Html,
+    /// An A4 document.
+    Pdf,
+}
