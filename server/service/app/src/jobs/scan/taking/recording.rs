@@ -218,7 +218,7 @@ impl Recorder<'_> {
         frame: &GreyImage,
         background: Option<&Arc<Background>>,
     ) -> Result<Option<GreyImage>, AppError> {
-        let freed = background.and_then(|background| background.taken_from(frame));
+        let freed = background.and_then(|background| background.subtracted_from(frame));
         self.log.used(idx, background.filter(|_| freed.is_some()))?;
         Ok(freed)
     }
