@@ -51,7 +51,7 @@ pub fn lines(profiles: &[(Profile, f64, LineDirection)], angles_rad: &[f64], ord
             |((profile, correlation_px, direction), &angle_rad): (&(Profile, f64, LineDirection), &f64)| {
                 let own = profile.points.iter().filter(|point| point.order == *order);
                 let mut points: Vec<(f64, ProfilePoint)> =
-                    own.map(|point| (point.seen.along_across(*direction).0, *point)).collect();
+                    own.map(|point| (point.centreline.along_across(*direction).0, *point)).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 (!points.is_empty()).then_some(LineFrame { angle_rad, points, correlation_px: *correlation_px })
             };

@@ -174,7 +174,7 @@ impl<'a> PointFilter<'a> {
         let holds = move |point: &ProfilePoint| {
             let start = self.place(point);
             let step_px = self.step_px(point);
-            let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.seen.width_px);
+            let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.centreline.width_px);
             let is_held = |(along, across)| {
                 fitting.contain(along, across, point.order) || profile_columns.contain(along, across, point.order)
             };
@@ -254,12 +254,12 @@ impl<'a> PointFilter<'a> {
         correlation_px: f64,
     ) -> RunPoint {
         let (along_px, across_px) = self.place(&checked.point);
-        let seen = &checked.point.seen;
+        let centreline = &checked.point.centreline;
         RunPoint {
             along_px,
             across_px,
-            noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
-            width_px: f64::from(seen.width_px),
+            noise_px: centreline.sigma_px * correlation_px.max(1.0).sqrt(),
+            width_px: f64::from(centreline.width_px),
             is_confirmed: checked.confirmation == Confirmation::Confirmed,
             is_open: columns.admit_another(along_px, across_px),
             width,
@@ -278,7 +278,7 @@ impl<'a> PointFilter<'a> {
     fn columns_of_pieces(&self, profile: &Profile, frame: usize, lines: &Centrelines) -> LineColumns {
         let labels = &self.profiles.labels;
         let uncertain_pieces = labels.uncertain_pieces(frame).flat_map(|piece| piece.points(lines));
-        let points = profile.points.iter().map(|point| &point.seen).chain(uncertain_pieces);
+        let points = profile.points.iter().map(|point| &point.centreline).chain(uncertain_pieces);
         LineColumns::new(points.map(|point| point.along_across(lines.direction)))
     }
 
@@ -288,11 +288,11 @@ impl<'a> PointFilter<'a> {
 
     fn step_px(&self, point: &ProfilePoint) -> f64 {
         let labels = &self.profiles.labels;
-        largest_step_px(&point.seen, labels.line_width_px, labels.direction_of(point.order))
+        largest_step_px(&point.centreline, labels.line_width_px, labels.direction_of(point.order))
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
-        self.profiles.labels.along_across(point.order, &point.seen)
+        self.profiles.labels.along_across(point.order, &point.centreline)
     }
 
     /// Rejects candidates that are not connected to a point of the profile, unless other orders confirm them and

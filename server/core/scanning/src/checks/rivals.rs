@@ -53,7 +53,7 @@ impl<'a> Rivals<'a> {
     /// The other labels that a point could have.
     pub fn labels(&self, point: &ProfilePoint) -> impl Iterator<Item = Label> {
         let triangulator = self.profiles.triangulator();
-        let (u_px, v_px, own) = (point.seen.u_px, point.seen.v_px, point.order);
+        let (u_px, v_px, own) = (point.centreline.u_px, point.centreline.v_px, point.order);
         let orders = triangulator.calibration().orders.iter().enumerate();
         orders
             .filter(move |(_, order)| **order != own)
@@ -69,11 +69,11 @@ impl<'a> Rivals<'a> {
         let triangulator = self.profiles.triangulator();
         let orders = triangulator.calibration().orders.iter().enumerate();
         orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
-            let hit = triangulator.hit(order_idx, point.seen.u_px, point.seen.v_px);
+            let hit = triangulator.hit(order_idx, point.centreline.u_px, point.centreline.v_px);
             let rival = ProfilePoint {
                 order,
                 hit_in_camera: hit.in_camera,
-                noise_sigma_mm: hit.noise_sigma_mm(&point.seen.normal, point.seen.sigma_px),
+                noise_sigma_mm: hit.noise_sigma_mm(&point.centreline.normal, point.centreline.sigma_px),
                 ..*point
             };
             self.profiles.depth_range_mm.contains(hit.in_camera.xyz.z)
@@ -87,7 +87,7 @@ impl<'a> Rivals<'a> {
         let is_doubtful = |confirmation: &Confirmation| *confirmation == Confirmation::RivalConfirmed;
         let mut doubtful: Vec<bool> = confirmations.iter().map(is_doubtful).collect();
         for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&confirmations[*idx])) {
-            let reach_px = END_WIDTHS * f64::from(point.seen.width_px);
+            let reach_px = END_WIDTHS * f64::from(point.centreline.width_px);
             let is_near = |other: &ProfilePoint| {
                 other.order == point.order && (self.along(other) - self.along(point)).abs() <= reach_px
             };
@@ -99,7 +99,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> f64 {
-        self.profiles.labels.along_across(point.order, &point.seen).0.round()
+        self.profiles.labels.along_across(point.order, &point.centreline).0.round()
     }
 }
 
@@ -121,8 +121,8 @@ const NEXT_COLUMNS: f64 = 2.0;
 pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, labels: &Labels) -> bool {
     let direction = labels.direction_of(a.order);
     let ((along_a, across_a), (along_b, across_b)) =
-        (a.seen.along_across(direction), b.seen.along_across(direction));
+        (a.centreline.along_across(direction), b.centreline.along_across(direction));
     a.order == b.order
         && (along_a - along_b).abs().round() <= NEXT_COLUMNS
-        && (across_a - across_b).abs() <= largest_step_px(&a.seen, labels.line_width_px, direction)
+        && (across_a - across_b).abs() <= largest_step_px(&a.centreline, labels.line_width_px, direction)
 }

@@ -26,7 +26,7 @@ impl Widths<'_> {
     /// The evidence for every point of a run. `is_confirmed`: whether another order has observed the surface of a
     /// point, by index.
     pub fn of_run(&self, run: &[ProfilePoint], is_confirmed: impl Fn(usize) -> bool) -> Vec<Width> {
-        let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.seen.width_px)).collect();
+        let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.centreline.width_px)).collect();
         let width = |idx: usize| {
             let reach = (WIDTH_WINDOW_WIDTHS * widths_px[idx]).ceil() as usize;
             let near = &widths_px[idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())];
@@ -50,7 +50,7 @@ pub fn learned(profiles: &Profiles, surfaces: &Surfaces) -> Result<LineWidths, S
         let seen_again = points.filter(|point| surfaces.is_observed_again(point, frame, CLOSE_TOLERANCES));
         let sample = seen_again.map(|point| Sample {
             label: Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z },
-            log_width: f64::from(point.seen.width_px).ln(),
+            log_width: f64::from(point.centreline.width_px).ln(),
         });
         Ok(sample.collect())
     };

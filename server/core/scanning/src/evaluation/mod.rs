@@ -144,17 +144,17 @@ impl<'a> Evaluation<'a> {
         let calibration = self.profiles.calibration;
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
         let table = self.tables.iter().find(|(order, _)| *order == point.order);
-        let systematic =
-            table.map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.seen.u_px, point.seen.v_px));
+        let systematic = table
+            .map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.centreline.u_px, point.centreline.v_px));
         CloudPoint {
             x_mm: in_part.x,
             y_mm: in_part.y,
             z_mm: in_part.z,
             order: point.order,
             frame: frame as u32,
-            u_px: point.seen.u_px as f32,
-            v_px: point.seen.v_px as f32,
-            intensity: point.seen.intensity,
+            u_px: point.centreline.u_px as f32,
+            v_px: point.centreline.v_px as f32,
+            intensity: point.centreline.intensity,
             sigma_mm: point.noise_sigma_mm.hypot(systematic).hypot(spread.sigma_mm(&point.hit_in_camera)) as f32,
         }
     }
@@ -196,16 +196,17 @@ fn kept(profile: &Profile, decision: &Decision, labels: &Labels) -> Vec<ProfileP
     let is_kept = |(idx, _): &(u32, &ProfilePoint)| rejected.next_if_eq(idx).is_none();
     let own = (0..).zip(&profile.points).filter(is_kept).map(|(_, point)| point);
     let mut points: Vec<ProfilePoint> = own.chain(&decision.reinstated).copied().collect();
-    let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
+    let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
     points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     points
 }
 
 /// Thickness of the light sheet at a point, one σ along its normal.
 fn thickness_mm(point: &ProfilePoint, calibration: &Calibration) -> Option<f64> {
-    let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
+    let pixel = Vector2::new(point.centreline.u_px, point.centreline.v_px);
     let hit = calibration.triangulate(point.order, &pixel, None)?;
-    let along_ray_mm = hit.noise_sigma_mm(&point.seen.normal, f64::from(point.seen.width_px) / FWHM_PER_SIGMA);
+    let along_ray_mm =
+        hit.noise_sigma_mm(&point.centreline.normal, f64::from(point.centreline.width_px) / FWHM_PER_SIGMA);
     Some(along_ray_mm * hit.hit.normal.dot(&hit.ray).abs() / hit.ray.norm())
 }
 
@@ -273,7 +274,7 @@ impl CheckedFrame {
         dropped.subtract_points(DropReason::Doubtful, decision.reinstated.len() - decision.n_cut_away);
         let mut bounds = BTreeMap::new();
         for point in &points {
-            let at = [point.seen.u_px, point.seen.v_px];
+            let at = [point.centreline.u_px, point.centreline.v_px];
             bounds.insert(point.order, widened(bounds.get(&point.order).copied(), at, at));
         }
         let totals = surfaces.map_or_else(Vec::new, |surfaces| surfaces.differences_of(&points, frame, orders));

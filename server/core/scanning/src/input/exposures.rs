@@ -67,13 +67,13 @@ struct Fused {
 /// Lines of different exposures are the same line where they are closer than half their width in a column (row).
 pub fn fuse_exposures(exposures: &[ExposureLines]) -> (Centrelines, FusionCounts) {
     let direction = exposures.first().map_or(LineDirection::default(), |exposed| exposed.centrelines.direction);
-    let mut seen = all_points(exposures, direction);
-    seen.sort_by(|a, b| a.column.cmp(&b.column).then(a.across_px.total_cmp(&b.across_px)));
+    let mut observed = all_points(exposures, direction);
+    observed.sort_by(|a, b| a.column.cmp(&b.column).then(a.across_px.total_cmp(&b.across_px)));
     let longest_us = exposures.iter().map(|exposed| exposed.exposure_us).fold(0.0, f64::max);
     let gains: Vec<f32> = exposures.iter().map(|exposed| (longest_us / exposed.exposure_us) as f32).collect();
     let mut counts = FusionCounts::default();
     let mut chains = LineTracker { direction, ..LineTracker::default() };
-    for column in seen.chunk_by(|a, b| a.column == b.column) {
+    for column in observed.chunk_by(|a, b| a.column == b.column) {
         let mut fused: Vec<Fused> = without_edge_lines(lines_of_column(column))
             .iter()
             .map(|line| fused(line, &gains, &mut counts))
@@ -106,15 +106,16 @@ fn all_points(exposures: &[ExposureLines], direction: LineDirection) -> Vec<Expo
 /// Groups the points of one column, ordered across, by line: at most one point of each exposure.
 fn lines_of_column(column: &[ExposurePoint]) -> Vec<Vec<ExposurePoint>> {
     let mut lines: Vec<Vec<ExposurePoint>> = Vec::new();
-    for seen in column {
+    for observed in column {
         let belongs = |line: &Vec<ExposurePoint>| {
             let last = &line[line.len() - 1];
-            let reach_px = SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px));
-            seen.across_px - last.across_px <= reach_px && line.iter().all(|other| other.exposure != seen.exposure)
+            let reach_px = SAME_LINE_WIDTHS * f64::from(observed.point.width_px.max(last.point.width_px));
+            observed.across_px - last.across_px <= reach_px
+                && line.iter().all(|other| other.exposure != observed.exposure)
         };
         match lines.last_mut().filter(|line| belongs(line)) {
-            Some(line) => line.push(*seen),
-            None => lines.push(vec![*seen]),
+            Some(line) => line.push(*observed),
+            None => lines.push(vec![*observed]),
         }
     }
     lines
@@ -124,12 +125,12 @@ fn lines_of_column(column: &[ExposurePoint]) -> Vec<Vec<ExposurePoint>> {
 /// a shorter exposure shows the line itself, and the exposures with the false lines do not show it, or saturate
 /// it.
 fn without_edge_lines(lines: Vec<Vec<ExposurePoint>>) -> Vec<Vec<ExposurePoint>> {
-    let shortest = |line: &[ExposurePoint]| line.iter().map(|seen| seen.exposure).min();
+    let shortest = |line: &[ExposurePoint]| line.iter().map(|observed| observed.exposure).min();
     let is_edge_line = |line: &[ExposurePoint], of: &[ExposurePoint]| {
         let near = (line[0].across_px - of[0].across_px).abs()
-            < 2.0 * line.iter().chain(of).map(|seen| f64::from(seen.point.width_px)).fold(0.0, f64::max);
-        let shows_line = |seen: &ExposurePoint| {
-            of.iter().any(|other| other.exposure == seen.exposure && !other.point.saturated)
+            < 2.0 * line.iter().chain(of).map(|observed| f64::from(observed.point.width_px)).fold(0.0, f64::max);
+        let shows_line = |observed: &ExposurePoint| {
+            of.iter().any(|other| other.exposure == observed.exposure && !other.point.saturated)
         };
         let apart = !line.iter().any(shows_line);
         near && apart && shortest(line) > shortest(of)
@@ -139,39 +140,39 @@ fn without_edge_lines(lines: Vec<Vec<ExposurePoint>>) -> Vec<Vec<ExposurePoint>>
 }
 
 fn fused(line: &[ExposurePoint], gains: &[f32], counts: &mut FusionCounts) -> Fused {
-    let unsaturated: Vec<&ExposurePoint> = line.iter().filter(|seen| !seen.point.saturated).collect();
+    let unsaturated: Vec<&ExposurePoint> = line.iter().filter(|observed| !observed.point.saturated).collect();
     let used: Vec<&ExposurePoint> = if unsaturated.is_empty() { line.iter().collect() } else { unsaturated };
     let best =
         used.iter().min_by(|a, b| a.point.sigma_px.total_cmp(&b.point.sigma_px)).expect("a line has points");
-    let apart_px = used.iter().map(|seen| (seen.across_px - best.across_px).abs()).fold(0.0, f64::max);
-    let disagrees = used.iter().any(|seen| {
-        let sigma_px = seen.point.sigma_px.hypot(best.point.sigma_px);
-        (seen.across_px - best.across_px).abs() > DISAGREE_SIGMAS * sigma_px
+    let apart_px = used.iter().map(|observed| (observed.across_px - best.across_px).abs()).fold(0.0, f64::max);
+    let disagrees = used.iter().any(|observed| {
+        let sigma_px = observed.point.sigma_px.hypot(best.point.sigma_px);
+        (observed.across_px - best.across_px).abs() > DISAGREE_SIGMAS * sigma_px
     });
     counts.n_points += 1;
     counts.n_disagreeing += usize::from(disagrees);
-    counts.n_saturated += usize::from(used.iter().all(|seen| seen.point.saturated));
+    counts.n_saturated += usize::from(used.iter().all(|observed| observed.point.saturated));
     counts.n_replaced += usize::from(used.len() < line.len());
-    let segments = line.iter().map(|seen| seen.segment).collect();
-    let intensity = |seen: &ExposurePoint| seen.point.intensity * gains[seen.exposure];
+    let segments = line.iter().map(|observed| observed.segment).collect();
+    let intensity = |observed: &ExposurePoint| observed.point.intensity * gains[observed.exposure];
     if disagrees {
         let sigma_px = best.point.sigma_px.hypot(0.5 * apart_px);
         let point = CentrelinePoint { sigma_px, intensity: intensity(best), ..best.point };
         return Fused { point, across_px: best.across_px, segments };
     }
-    let weights: Vec<f64> = used.iter().map(|seen| seen.point.sigma_px.powi(-2)).collect();
+    let weights: Vec<f64> = used.iter().map(|observed| observed.point.sigma_px.powi(-2)).collect();
     let sum: f64 = weights.iter().sum();
     let mean = |of: &dyn Fn(&ExposurePoint) -> f64| {
-        used.iter().zip(&weights).map(|(seen, weight)| of(seen) * weight).sum::<f64>() / sum
+        used.iter().zip(&weights).map(|(observed, weight)| of(observed) * weight).sum::<f64>() / sum
     };
     let point = CentrelinePoint {
-        u_px: mean(&|seen| seen.point.u_px),
-        v_px: mean(&|seen| seen.point.v_px),
-        sigma_px: mean(&|seen| seen.point.sigma_px),
-        intensity: mean(&|seen| f64::from(intensity(seen))) as f32,
+        u_px: mean(&|observed| observed.point.u_px),
+        v_px: mean(&|observed| observed.point.v_px),
+        sigma_px: mean(&|observed| observed.point.sigma_px),
+        intensity: mean(&|observed| f64::from(intensity(observed))) as f32,
         ..best.point
     };
-    Fused { point, across_px: mean(&|seen| seen.across_px), segments }
+    Fused { point, across_px: mean(&|observed| observed.across_px), segments }
 }
 
 /// Lines extended column by column.

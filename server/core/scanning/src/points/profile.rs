@@ -16,7 +16,7 @@ pub struct ProfilePoint {
     /// The lit point of the surface.
     pub hit_in_camera: PointMm<CameraFrame>,
     /// The centreline point in the image.
-    pub seen: CentrelinePoint,
+    pub centreline: CentrelinePoint,
     /// Standard deviation along the camera ray from image noise alone.
     pub noise_sigma_mm: f64,
 }
@@ -72,8 +72,8 @@ impl PieceHits {
     fn triangulate(&mut self, points: &[CentrelinePoint], order_idx: usize, triangulator: &Triangulator) {
         self.u_px.clear();
         self.v_px.clear();
-        self.u_px.extend(points.iter().map(|seen| seen.u_px));
-        self.v_px.extend(points.iter().map(|seen| seen.v_px));
+        self.u_px.extend(points.iter().map(|centreline| centreline.u_px));
+        self.v_px.extend(points.iter().map(|centreline| centreline.v_px));
         triangulator.triangulate_all(order_idx, &self.u_px, &self.v_px, &mut self.hits);
     }
 }
@@ -130,22 +130,22 @@ impl Profile {
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
+        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }
 
     /// Adds the points within the depth range; counts the others.
     fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
         let (mut n_missed, mut n_outside) = (0, 0);
-        for (idx, seen) in points.iter().enumerate() {
+        for (idx, centreline) in points.iter().enumerate() {
             let hit = hits.at(idx);
             let depth_mm = hit.in_camera.xyz.z;
             if depth_range_mm.contains(depth_mm) {
-                let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+                let noise_sigma_mm = hit.noise_sigma_mm(&centreline.normal, centreline.sigma_px);
                 self.points.push(ProfilePoint {
                     order,
                     hit_in_camera: hit.in_camera,
-                    seen: *seen,
+                    centreline: *centreline,
                     noise_sigma_mm,
                 });
             } else if depth_mm.is_nan() {

@@ -142,18 +142,18 @@ impl LostStepsWatch {
         self.n_frames += 1;
         self.positions_mm.push(position_mm);
         let n_orders = self.sampler.orders.len();
-        for (order, seen) in samples.iter().enumerate() {
+        for (order, of_order) in samples.iter().enumerate() {
             for other in (0..n_orders).filter(|other| *other != order) {
                 let pair = order * n_orders + other;
-                let differences = self.differences(seen, other);
+                let differences = self.differences(of_order, other);
                 self.evidence.extend(self.lag_evidence(&differences, (frame, pair)));
                 for difference in differences {
                     self.baselines[pair][difference.bin].note(frame, difference.depth_mm);
                 }
             }
         }
-        for (order, seen) in samples.into_iter().enumerate() {
-            for (bin, sample) in seen {
+        for (order, of_order) in samples.into_iter().enumerate() {
+            for (bin, sample) in of_order {
                 self.surfaces[order][bin].push(sample);
             }
         }
@@ -176,13 +176,13 @@ impl LostStepsWatch {
     }
 
     /// Depths of one order relative to the surface of `other`, bin by bin.
-    fn differences(&self, seen: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
+    fn differences(&self, of_order: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
         let difference = |(bin, sample): &(usize, Sample)| {
             let place = surface_at(&self.surfaces[other][*bin], sample.along_mm)?;
             let depth_mm = sample.depth_mm - place.depth_mm;
             Some(DepthDifference { bin: *bin, slope: place.slope, depth_mm, reference: place.last_frame })
         };
-        seen.iter().filter_map(difference).collect()
+        of_order.iter().filter_map(difference).collect()
     }
 
     /// Lag of a frame of one order behind the surface of another, from a line fitted to differences over slopes.

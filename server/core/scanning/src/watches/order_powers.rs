@@ -36,9 +36,9 @@ pub fn order_powers(samples_of_orders: &OrderSamples) -> Option<OrderPowers> {
         differences.push(Difference { by_parameters, value: own - other, cluster: place.cluster });
         totals.push(0.5 * (own + other));
     }
-    let seen: Vec<usize> =
+    let observed: Vec<usize> =
         (0..n).filter(|idx| differences.iter().any(|of| of.by_parameters[*idx] != 0.0)).collect();
-    let fitted = fit(&differences, &seen, &vec![false; n])?;
+    let fitted = fit(&differences, &observed, &vec![false; n])?;
     let ratio = |(place, idx): (usize, &usize)| {
         let order = orders[idx + usize::from(*idx >= reference_order)];
         let sigma = fitted.covariance[(place, place)].max(0.0).sqrt();
@@ -46,7 +46,7 @@ pub fn order_powers(samples_of_orders: &OrderSamples) -> Option<OrderPowers> {
     };
     Some(OrderPowers {
         reference_order: orders[reference_order],
-        log_ratios: seen.iter().enumerate().map(ratio).collect(),
+        log_ratios: observed.iter().enumerate().map(ratio).collect(),
         log_total: totals.iter().sum::<f64>() / totals.len() as f64,
         n_places: differences.len(),
     })

@@ -107,10 +107,16 @@ impl LineSampler {
                 powers.clear();
             }
             let from_middle_mm = in_part.dot(across) - (place - half + 0.5) * self.bin_mm;
-            let seen = &point.seen;
-            points.push([from_middle_mm, in_part.dot(along), in_part.dot(depth), seen.u_px, seen.v_px]);
-            let power = f64::from(seen.intensity) * f64::from(seen.width_px);
-            powers.push((!seen.saturated && power > 0.0).then(|| power.ln()));
+            let centreline = &point.centreline;
+            points.push([
+                from_middle_mm,
+                in_part.dot(along),
+                in_part.dot(depth),
+                centreline.u_px,
+                centreline.v_px,
+            ]);
+            let power = f64::from(centreline.intensity) * f64::from(centreline.width_px);
+            powers.push((!centreline.saturated && power > 0.0).then(|| power.ln()));
         }
         if let Some(last) = current {
             finish(last, &points, &powers);

@@ -90,7 +90,10 @@ fn one_frame_is_labelled_within_the_envelope_and_doubtful_beyond() {
     let narrow = label_frame(lines, &tables, DepthRangeMm { near_mm: 390.0, far_mm: 410.0 });
     assert_eq!(narrow.points.len(), known.n_true());
     assert!(
-        narrow.points.iter().all(|p| Some(p.order) == known.order_at(0, p.seen.u_px as f32, p.seen.v_px as f32))
+        narrow
+            .points
+            .iter()
+            .all(|p| Some(p.order) == known.order_at(0, p.centreline.u_px as f32, p.centreline.v_px as f32))
     );
     let wide = label_frame(lines, &tables, DepthRangeMm { near_mm: 340.0, far_mm: 460.0 });
     assert_eq!(wide.points.len(), 0);
@@ -147,7 +150,7 @@ fn a_scan_without_lines_gives_an_empty_cloud() {
 fn self_consistency_shows_a_miscalibrated_grating() {
     let true_station = station(5, false);
     let known = scan(&true_station, &|_, _| 400.0, &positions(16, 2.0), false);
-    let health = |calibration: &optics::Calibration| {
+    let largest_bias_mm = |calibration: &optics::Calibration| {
         let result = scan_cloud(&known.frames, calibration, &ScanParams::default()).unwrap();
         assert!(result.report.self_consistency.len() >= 4);
         result.report.self_consistency.iter().map(|pair| pair.bias_mm.abs()).fold(0.0, f64::max)
@@ -156,7 +159,7 @@ fn self_consistency_shows_a_miscalibrated_grating() {
     if let LightSurfaces::Grating(grating) = &mut wrong.light {
         grating.wavelength_over_period *= 1.003;
     }
-    let (good, bad) = (health(&true_station), health(&wrong));
+    let (good, bad) = (largest_bias_mm(&true_station), largest_bias_mm(&wrong));
     eprintln!("largest bias: true {good:.4} mm, wavelength 0.3 % off {bad:.4} mm");
     // 0.3 % of one order's 23 mm of depth is 70 µm; noise leaves 1 µm in a mean.
     assert!(good < 0.01 && bad > 0.03, "{good} {bad}");

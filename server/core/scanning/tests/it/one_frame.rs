@@ -66,7 +66,7 @@ fn label_each_frame(name: &str, known: &KnownScan, calibration: &Calibration) ->
     for (idx, frame) in known.frames.iter().enumerate() {
         let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
         for point in &profile.points {
-            match known.order_at(idx, point.seen.u_px as f32, point.seen.v_px as f32) {
+            match known.order_at(idx, point.centreline.u_px as f32, point.centreline.v_px as f32) {
                 Some(order) if order == point.order => counts.n_right += 1,
                 _ => counts.n_wrong += 1,
             }

@@ -105,12 +105,12 @@ impl<'a> Surfaces<'a> {
             let end = n_places.min(first + WINDOW_FRAMES);
             let from = first.saturating_sub(1);
             let window = from..n_places.min(end + 1);
-            let seen: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
+            let window_profiles: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
                 .into_par_iter()
                 .map(|place| travel_order[place])
                 .map(|f| Ok((f, profiles.of(f)?)))
                 .collect();
-            let lookup = PointLookup::new(seen?, &profiles.labels, profiles.calibration);
+            let lookup = PointLookup::new(window_profiles?, &profiles.labels, profiles.calibration);
             let per_frame: Vec<Vec<Patch>> = (first..end)
                 .into_par_iter()
                 .map(|place| lookup.patches_of(place - from, motions, &reference_view))
@@ -303,7 +303,7 @@ impl<'a> PointLookup<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> i64 {
-        self.labels.along_across(point.order, &point.seen).0.round() as i64
+        self.labels.along_across(point.order, &point.centreline).0.round() as i64
     }
 
     fn slot(&self, place: usize, order: i8, along: i64) -> Option<usize> {
