@@ -59,7 +59,7 @@ fn info_text(file: &RecordingFile) -> String {
     for gap in summary.gaps.iter().take(GAPS_SHOWN) {
         let after =
             gap.after_frame.map_or_else(|| "before the first".to_owned(), |idx| format!("after frame {idx}"));
-        let at = gap.place.map_or_else(String::new, |place| format!(" at {place}"));
+        let at = gap.position.map_or_else(String::new, |position| format!(" at {position}"));
         line("gap", format!("{after}{at}: {}", losses_text(&gap.lost)));
     }
     if summary.gaps.len() > GAPS_SHOWN {
@@ -69,7 +69,7 @@ fn info_text(file: &RecordingFile) -> String {
         line("messages", format!("{:>8} {}", topic.n_messages, topic.topic));
     }
     line("file", format!("{} bytes, {}", file.size_bytes, wholeness(file)));
-    for damage in &file.damages {
+    for damage in &file.damaged_parts {
         line("damage", format!("{} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason));
     }
     let end = file.end.as_ref().map_or_else(|| "broken off".to_owned(), |end| end.reason.clone());
@@ -79,7 +79,7 @@ fn info_text(file: &RecordingFile) -> String {
 }
 
 fn wholeness(file: &RecordingFile) -> &'static str {
-    match file.is_whole {
+    match file.is_complete {
         true => "whole",
         false => "without an index: sheaf recording repair adds one",
     }
@@ -101,12 +101,12 @@ fn info_json(file: &RecordingFile) -> Value {
         .gaps
         .iter()
         .map(|gap| {
-            let (lost, position) = (losses_json(&gap.lost), gap.place.map(|place| place.value()));
+            let (lost, position) = (losses_json(&gap.lost), gap.position.map(|position| position.value()));
             json!({ "after_frame": gap.after_frame, "position": position, "lost": lost })
         })
         .collect();
-    let damages: Vec<Value> = file
-        .damages
+    let damaged_parts: Vec<Value> = file
+        .damaged_parts
         .iter()
         .map(|one| json!({ "at_bytes": one.at_bytes, "size_bytes": one.size_bytes, "reason": one.reason }))
         .collect();
@@ -131,8 +131,8 @@ fn info_json(file: &RecordingFile) -> Value {
         "gaps": gaps,
         "topics": topics,
         "size_bytes": file.size_bytes,
-        "is_whole": file.is_whole,
-        "damages": damages,
+        "is_whole": file.is_complete,
+        "damages": damaged_parts,
         "ended": file.end.as_ref().map(|end| end.reason.clone()),
         "lossy": file.is_lossy(),
     })
@@ -179,22 +179,22 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
 fn repair(args: &RecordingRepairArgs) -> Result<Answer, Failure> {
     let repaired = recording::repair(&args.recording, &args.output).map_err(failed)?;
     let mut text = format!("{} messages → {}\n", repaired.n_messages, args.output.display());
-    if repaired.was_whole {
+    if repaired.was_complete {
         let _ = writeln!(text, "the file had its index already");
     }
-    for damage in &repaired.damages {
+    for damage in &repaired.damaged_parts {
         let _ = writeln!(text, "left out: {} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason);
     }
-    let damages: Vec<Value> = repaired
-        .damages
+    let damaged_parts: Vec<Value> = repaired
+        .damaged_parts
         .iter()
         .map(|one| json!({ "at_bytes": one.at_bytes, "size_bytes": one.size_bytes, "reason": one.reason }))
         .collect();
     let json = json!({
         "output": args.output,
         "n_messages": repaired.n_messages,
-        "was_whole": repaired.was_whole,
-        "damages": damages,
+        "was_whole": repaired.was_complete,
+        "damages": damaged_parts,
         "lossy": repaired.is_lossy(),
     });
     Ok(Answer { text, json, exit: ended(repaired.is_lossy()) })

@@ -1,4 +1,4 @@
-//! The channel in which colour pictures show the laser: given, or selected from the pictures.
+//! The channel in which colour images show the laser: given, or selected from the images.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,13 +6,13 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use vision::{CameraImage, CentrelineParams, Channel, ChannelScore, ColourImage, laser_channel};
 
-use crate::params::CHANNEL_SAMPLE_PICTURES;
+use crate::params::CHANNEL_SAMPLE_IMAGES;
 
 /// The channel, as in `camera.channel` and on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChannelChoice {
-    /// The one that shows the laser best, selected from the pictures.
+    /// The one that shows the laser best, selected from the images.
     #[default]
     Auto,
     /// See [`Channel::Red`].
@@ -32,7 +32,7 @@ pub enum ChannelChoice {
 }
 
 impl ChannelChoice {
-    /// The channel, unless it is selected from the pictures.
+    /// The channel, unless it is selected from the images.
     pub fn fixed(self) -> Option<Channel> {
         match self {
             Self::Auto => None,
@@ -46,13 +46,13 @@ impl ChannelChoice {
         }
     }
 
-    /// Whether it is selected from the pictures.
+    /// Whether it is selected from the images.
     pub fn is_auto(&self) -> bool {
         *self == Self::Auto
     }
 }
 
-/// Not the name of a channel.
+/// The name is not that of a channel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown channel: use auto, {}", Channel::ALL.map(Channel::name).join(", "))]
 pub struct UnknownChannel;
@@ -72,71 +72,72 @@ impl fmt::Display for ChannelChoice {
     }
 }
 
-/// Why it is this channel.
+/// How the channel was determined.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ChannelBasis {
     /// It was given.
     Given,
-    /// No picture has colour.
-    GreyPictures,
-    /// It was selected from some of the pictures.
+    /// No image has colour.
+    GreyImages,
+    /// It was selected from some of the images.
     Decided {
         /// Their number.
-        n_pictures: usize,
+        n_images: usize,
         /// The result for each channel.
-        views: Vec<ChannelScore>,
+        scores: Vec<ChannelScore>,
     },
 }
 
-/// The channel in which the pictures show the laser, and why it is this one.
+/// The channel in which the images show the laser, and how it was determined.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserChannel {
     /// The channel.
     pub channel: Channel,
-    /// Why.
+    /// How it was determined.
     pub basis: ChannelBasis,
 }
 
 impl LaserChannel {
-    /// For pictures without colour.
+    /// For images without colour.
     pub fn of_grey() -> Self {
-        Self { channel: Channel::Luma, basis: ChannelBasis::GreyPictures }
+        Self { channel: Channel::Luma, basis: ChannelBasis::GreyImages }
     }
 
-    /// Selects the channel from up to [`CHANNEL_SAMPLE_PICTURES`] of `n_lit` pictures with the laser on, evenly spread.
+    /// Selects the channel from up to [`CHANNEL_SAMPLE_IMAGES`] of `n_lit` images with the laser on, evenly
+    /// spread.
     ///
-    /// `read`: picture by index, with the background already subtracted if there is one; `None` if it cannot be read.
-    /// `params`: settings of the extraction, one for each direction the lines may run in.
+    /// `read`: image by index, with the background already subtracted if there is one; `None` if it cannot be
+    /// read. `params`: settings of the extraction, one for each direction the lines may run in.
     pub fn decided(
         n_lit: usize,
         read: impl Fn(usize) -> Option<CameraImage>,
         params: &[CentrelineParams],
     ) -> Self {
-        let n_looks = n_lit.min(CHANNEL_SAMPLE_PICTURES);
-        let looks = (0..n_looks).map(|k| (2 * k + 1) * n_lit / (2 * n_looks));
-        let pictures: Vec<ColourImage> = looks
+        let n_sampled = n_lit.min(CHANNEL_SAMPLE_IMAGES);
+        let sampled = (0..n_sampled).map(|k| (2 * k + 1) * n_lit / (2 * n_sampled));
+        let images: Vec<ColourImage> = sampled
             .filter_map(|idx| match read(idx) {
                 Some(CameraImage::Colour(image)) => Some(image),
                 _ => None,
             })
             .collect();
-        if pictures.is_empty() {
+        if images.is_empty() {
             return Self::of_grey();
         }
-        let (channel, views) = laser_channel(&pictures, params);
-        Self { channel, basis: ChannelBasis::Decided { n_pictures: pictures.len(), views } }
+        let (channel, scores) = laser_channel(&images, params);
+        Self { channel, basis: ChannelBasis::Decided { n_images: images.len(), scores } }
     }
 }
 
-/// In words for the operator.
+/// Formatted for the operator.
 impl fmt::Display for LaserChannel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.basis {
             ChannelBasis::Given => write!(f, "channel {}", self.channel.name()),
-            ChannelBasis::GreyPictures => f.write_str("grey pictures"),
-            ChannelBasis::Decided { n_pictures, views } => {
-                write!(f, "channel {} (auto, from {n_pictures} pictures", self.channel.name())?;
-                if views.iter().all(|view| view.n_laser_points == 0) {
+            ChannelBasis::GreyImages => f.write_str("grey images"),
+            ChannelBasis::Decided { n_images, scores } => {
+                write!(f, "channel {} (auto, from {n_images} images", self.channel.name())?;
+                if scores.iter().all(|score| score.n_laser_points == 0) {
                     f.write_str(": none shows coloured light")?;
                 }
                 f.write_str(")")

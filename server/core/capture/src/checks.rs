@@ -7,7 +7,7 @@ use crate::error::CaptureError;
 use crate::manifest::Manifest;
 use crate::params::{FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
 use crate::projector::{COLUMNS, Projector, ROWS};
-use crate::stage::{StageKind, StageSheet};
+use crate::stage::{StageDescription, StageKind};
 use crate::target::Target;
 use crate::target_check::TargetError;
 
@@ -48,7 +48,7 @@ fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureErro
         && direction != ROWS
         && direction != COLUMNS
     {
-        return Err(unknown_word(file, "projector.line_direction", direction, "\"rows\" or \"columns\""));
+        return Err(unknown_value(file, "projector.line_direction", direction, "\"rows\" or \"columns\""));
     }
     match projector {
         Projector::Grating(grating) => {
@@ -86,7 +86,7 @@ fn check_orders(file: &Path, orders: &[i8]) -> Result<(), CaptureError> {
 
 /// Every stage view and frame must state a position, with the key of the stage's kind.
 fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
-    let StageSheet { kind, angle_sigma_deg } = manifest.stage;
+    let StageDescription { kind, angle_sigma_deg } = manifest.stage;
     if let Some(angle_sigma_deg) = angle_sigma_deg {
         if kind == StageKind::Linear {
             let entry = "stage.angle_sigma_deg".to_owned();
@@ -129,10 +129,10 @@ fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError>
     Ok(())
 }
 
-/// If lines are switched on one by one, each has a picture that states its line; otherwise none does.
+/// If lines are switched on one by one, every image must state its line; otherwise none may.
 fn check_lines(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     let wrong = |entry: String, problem: String, remedy: &'static str| {
-        Err(CaptureError::LitOneByOne { file: file.to_owned(), entry, problem, remedy })
+        Err(CaptureError::SwitchedLines { file: file.to_owned(), entry, problem, remedy })
     };
     const SWITCHED: &str =
         "write \"switched\": true in the projector if its lines are switched on one by one, or omit it";
@@ -144,11 +144,11 @@ fn check_lines(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
             (None, _) => return wrong(several, "is stated, but the lines are on together".into(), SWITCHED),
             (Some(_), _) if pose.laser.is_some() => {
                 let problem = "is stated, but the lines are switched on one by one".into();
-                return wrong(one, problem, "name one picture per line in \"lasers\" instead");
+                return wrong(one, problem, "name one image per line in \"lasers\" instead");
             }
             (Some(lines), n) if n != 0 && n != lines => {
-                let problem = format!("has {n} pictures, the projector {lines} lines");
-                return wrong(several, problem, "name one picture per line, in the order of their numbers");
+                let problem = format!("has {n} images, but the projector has {lines} lines");
+                return wrong(several, problem, "name one image per line, in the order of their numbers");
             }
             (Some(_), _) => {}
         }
@@ -202,6 +202,6 @@ fn check_range(
     Err(CaptureError::OutOfRange { file: file.to_owned(), entry: entry.to_owned(), value, expected })
 }
 
-fn unknown_word(file: &Path, entry: &'static str, found: &str, allowed: &'static str) -> CaptureError {
-    CaptureError::UnknownWord { file: file.to_owned(), entry, found: found.to_owned(), allowed }
+fn unknown_value(file: &Path, entry: &'static str, found: &str, allowed: &'static str) -> CaptureError {
+    CaptureError::UnknownValue { file: file.to_owned(), entry, found: found.to_owned(), allowed }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path};
 
-/// Why `path`, as written in a manifest, must not be opened; `None` if it may be.
+/// Reason why `path`, as written in a manifest, must not be opened; `None` if it may be.
 pub(crate) fn reason_outside(path: &Path) -> Option<&'static str> {
     if path.as_os_str().is_empty() {
         return Some("is empty");

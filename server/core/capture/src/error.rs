@@ -15,7 +15,7 @@ pub enum CaptureError {
     /// There is no manifest.
     #[error("no capture manifest {}", file.display())]
     ManifestMissing {
-        /// Where it was looked for.
+        /// The expected path.
         file: PathBuf,
     },
     /// The manifest or its folder cannot be read or written.
@@ -27,9 +27,10 @@ pub enum CaptureError {
         #[source]
         cause: std::io::Error,
     },
-    /// Pictures of lines switched on one by one, where they are on together, or vice versa.
+    /// The manifest states lines switched on one by one for a projector whose lines are on together, or vice
+    /// versa.
     #[error("{}: {entry} {problem}", file.display())]
-    LitOneByOne {
+    SwitchedLines {
         /// The manifest.
         file: PathBuf,
         /// Path of keys.
@@ -39,14 +40,14 @@ pub enum CaptureError {
         /// What to do about it.
         remedy: &'static str,
     },
-    /// A background that shows a different scene from the picture it would be subtracted from.
-    #[error("{entry} ({}) cannot be taken from {of}: {change}", path.display())]
+    /// A background that shows a different scene from the image it would be subtracted from.
+    #[error("{entry} ({}) cannot be subtracted from {of}: {change}", path.display())]
     BackgroundMismatch {
-        /// Entry of the picture with the laser off.
+        /// Entry of the image with the laser off.
         entry: String,
         /// The file as named.
         path: PathBuf,
-        /// Entry of the picture with the laser on.
+        /// Entry of the image with the laser on.
         of: String,
         /// What differs.
         change: SceneChange,
@@ -157,9 +158,9 @@ pub enum CaptureError {
         /// Rows.
         height_px: usize,
     },
-    /// A word that is not one of the allowed ones.
+    /// A value that is not one of the allowed words.
     #[error("{}: {entry} is \"{found}\"", file.display())]
-    UnknownWord {
+    UnknownValue {
         /// The manifest.
         file: PathBuf,
         /// Path of keys.
@@ -287,7 +288,7 @@ pub enum CaptureError {
     UnknownScan {
         /// The manifest.
         file: PathBuf,
-        /// As asked for.
+        /// The requested name.
         name: String,
         /// The available names.
         available: Vec<String>,
@@ -299,20 +300,20 @@ impl Remedy for CaptureError {
         Some(match self {
             Self::ManifestMissing { .. } => "use a folder that contains capture.json".into(),
             Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
-            Self::LitOneByOne { remedy, .. } => (*remedy).into(),
+            Self::SwitchedLines { remedy, .. } => (*remedy).into(),
             Self::BackgroundMismatch { .. } => {
-                "use the picture of the same pose with the laser off as its background, or none".into()
+                "use the image of the same pose with the laser off as its background, or none".into()
             }
             Self::ManifestTooLarge { .. } => "name a capture folder".into(),
             Self::NotFinite { .. } => "write the true value or remove the entry".into(),
             Self::Malformed { .. } => "correct the entry as described in capture.schema.json".into(),
             Self::EntryMissing { remedy, .. } => (*remedy).into(),
-            Self::NoPosition { .. } => "state the stage position, or leave the picture out".into(),
+            Self::NoPosition { .. } => "state the stage position, or remove the image".into(),
             Self::OtherStage { key, .. } => other_stage_remedy(key).into(),
             Self::UnknownFormat { .. } => "convert the capture or update the program".into(),
             Self::OutOfRange { expected, .. } => format!("give {expected}").into(),
             Self::ImagesTooLarge { .. } => "give the true size of the images".into(),
-            Self::UnknownWord { allowed, .. } => format!("write {allowed}").into(),
+            Self::UnknownValue { allowed, .. } => format!("write {allowed}").into(),
             Self::Markers { cause, .. } => return cause.remedy(),
             Self::NoOrders { .. } => "list the orders from the top of the image downwards".into(),
             Self::OrderTooHigh { .. } => format!("list orders between −{ORDER_LIMIT} and {ORDER_LIMIT}").into(),
@@ -338,7 +339,7 @@ impl Remedy for CaptureError {
 /// Remedy for a key of another kind of stage.
 fn other_stage_remedy(key: &str) -> &'static str {
     match key {
-        "position_mm" => "state angle_deg instead or, if the stage travels, leave stage.kind \"rotary\" out",
+        "position_mm" => "state angle_deg instead or, if the stage travels, remove stage.kind \"rotary\"",
         _ => "state position_mm instead or, if the part is turned, write stage.kind \"rotary\"",
     }
 }

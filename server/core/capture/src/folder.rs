@@ -17,7 +17,7 @@ use crate::manifest::{Manifest, Scan};
 use crate::params::{MANIFEST_FILE, MANIFEST_LIMIT_BYTES};
 use crate::projector::MISSING;
 
-/// What JPEG costs, as measured on drawn lines.
+/// Effect of JPEG compression, measured on drawn lines.
 const LOSS: &str = "compression moves lines by 0.05 to 0.4 px, which sigma_px states only in \
     part; record PNG, TIFF or BMP to measure";
 
@@ -28,7 +28,7 @@ pub struct Capture {
     pub folder: PathBuf,
     /// Its manifest, validated.
     pub manifest: Manifest,
-    /// Unknown keys and other ignored irregularities, in words for the operator.
+    /// Unknown keys and other ignored irregularities, formatted for the operator.
     pub warnings: Vec<String>,
     /// Whether any file has colour.
     has_colour: bool,
@@ -43,11 +43,11 @@ pub struct NamedFile {
     pub entry: String,
     /// Relative to the folder, as written.
     pub path: PathBuf,
-    /// What would have to be removed from the manifest with it: `pose`, `laser image`, `stage view`, `frame`.
+    /// The part of the manifest that depends on it: `pose`, `laser image`, `stage view`, `frame`.
     removable: &'static str,
 }
 
-/// A picture with the laser on, and its background (laser off).
+/// An image with the laser on, and its background (laser off).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LaserImage {
     /// Path of keys, as `poses[4].laser`.
@@ -60,7 +60,7 @@ pub struct LaserImage {
     pub line: Option<i8>,
 }
 
-/// What the headers of a capture's images say.
+/// Properties of a capture's images, from their headers.
 struct FileSummary {
     has_colour: bool,
     /// Of every JPEG.
@@ -114,7 +114,7 @@ impl Capture {
     /// [`CaptureError::ImageMissing`], [`CaptureError::PathOutside`], [`CaptureError::ImageUnusable`] (of unknown
     /// format, truncated) or [`CaptureError::ImageSize`].
     pub fn image(&self, entry: &str, path: &Path) -> Result<GreyImage, CaptureError> {
-        match self.photograph(entry, path)?.picture {
+        match self.photograph(entry, path)?.image {
             CameraImage::Grey(image) => Ok(image),
             CameraImage::Colour(image) => {
                 let laser = self.laser_channel().channel;
@@ -129,14 +129,14 @@ impl Capture {
     /// As [`Capture::image`].
     pub fn photograph(&self, entry: &str, path: &Path) -> Result<Photograph, CaptureError> {
         let named = NamedFile { entry: entry.to_owned(), path: path.to_owned(), removable: "entry" };
-        self.check_place(&named)?;
+        self.check_path(&named)?;
         let photograph = read_photograph(&self.folder.join(path)).map_err(|cause| named.unusable(cause))?;
-        self.check_size(&named, photograph.picture.width(), photograph.picture.height())?;
+        self.check_size(&named, photograph.image.width(), photograph.image.height())?;
         Ok(photograph)
     }
 
-    /// The channel in which the pictures show the laser: from the manifest, or selected from some of the pictures on
-    /// first use. Pictures that cannot be read are ignored.
+    /// The channel in which the images show the laser: from the manifest, or selected from some of the images on
+    /// first use. Images that cannot be read are ignored.
     pub fn laser_channel(&self) -> &LaserChannel {
         self.channel.get_or_init(|| {
             if !self.has_colour {
@@ -148,9 +148,9 @@ impl Capture {
             let lit = self.laser_images();
             let read = |idx: usize| {
                 let LaserImage { entry, path, background, .. } = &lit[idx];
-                let on = self.photograph(entry, path).ok()?.picture;
+                let on = self.photograph(entry, path).ok()?.image;
                 match background {
-                    Some((entry, path)) => on.minus(&self.photograph(entry, path).ok()?.picture),
+                    Some((entry, path)) => on.minus(&self.photograph(entry, path).ok()?.image),
                     None => Some(on),
                 }
             };
@@ -161,27 +161,27 @@ impl Capture {
         })
     }
 
-    /// Every picture with the laser on, poses first, with its background.
+    /// Every image with the laser on, poses first, with its background.
     pub fn laser_images(&self) -> Vec<LaserImage> {
         let manifest = &self.manifest;
         let poses = manifest.poses.iter().enumerate().flat_map(|(idx, pose)| {
             let (of, own) = (format!("poses[{idx}]"), pose.background.as_deref());
-            let one = pose.laser.iter().map(|path| self.laser_picture(&of, "laser", path, own, None));
+            let one = pose.laser.iter().map(|path| self.laser_image_of(&of, "laser", path, own, None));
             let several = (0..).zip(&pose.lasers).map(|(line, path): (i8, &PathBuf)| {
-                self.laser_picture(&of, &format!("lasers[{line}]"), path, own, Some(line))
+                self.laser_image_of(&of, &format!("lasers[{line}]"), path, own, Some(line))
             });
             one.chain(several).collect::<Vec<LaserImage>>()
         });
         let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
             scan.frames.iter().enumerate().map(move |(idx, frame)| {
                 let of = format!("scans[{scan_idx}].frames[{idx}]");
-                self.laser_picture(&of, "image", &frame.image, frame.background.as_deref(), frame.line)
+                self.laser_image_of(&of, "image", &frame.image, frame.background.as_deref(), frame.line)
             })
         });
         poses.chain(frames).collect()
     }
 
-    fn laser_picture(
+    fn laser_image_of(
         &self,
         of: &str,
         key: &str,
@@ -195,14 +195,15 @@ impl Capture {
         LaserImage { entry: format!("{of}.{key}"), path: path.to_owned(), background, line }
     }
 
-    /// Reads the laser's channel of a picture with the laser on, minus its background.
+    /// Reads the laser's channel of an image with the laser on, minus its background.
     ///
     /// # Errors
-    /// As [`Capture::image`], for either picture; [`CaptureError::BackgroundMismatch`] if they show different scenes.
+    /// As [`Capture::image`], for either image; [`CaptureError::BackgroundMismatch`] if they show different
+    /// scenes.
     pub fn laser_image(&self, laser: &LaserImage) -> Result<GreyImage, CaptureError> {
         let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
-        let on = self.photograph(&laser.entry, &laser.path)?.picture;
-        let off = self.photograph(entry, path)?.picture;
+        let on = self.photograph(&laser.entry, &laser.path)?.image;
+        let off = self.photograph(entry, path)?.image;
         match scene_change(&on, &off) {
             None => Ok(self.laser_light(&on, &off)),
             Some(change) => Err(CaptureError::BackgroundMismatch {
@@ -214,13 +215,13 @@ impl Capture {
         }
     }
 
-    /// The laser's channel of a picture of this capture with the laser on, minus `off`.
+    /// The laser's channel of an image of this capture with the laser on, minus `off`.
     pub fn laser_light(&self, on: &CameraImage, off: &CameraImage) -> GreyImage {
         let difference = on.minus(off).expect("the images of a capture have one size and one bit depth");
         difference.channel(self.laser_channel().channel)
     }
 
-    /// Whether it is a picture of the board at normal exposure.
+    /// Whether it is an image of the board at normal exposure.
     fn is_board(&self, path: &Path) -> bool {
         let manifest = &self.manifest;
         let of_poses = manifest.poses.iter().map(|pose| &pose.board);
@@ -239,7 +240,7 @@ impl Capture {
         })
     }
 
-    /// Every image the manifest names, in its order.
+    /// Every image named by the manifest, in the order of the manifest.
     pub fn files(&self) -> Vec<NamedFile> {
         let mut files = Vec::new();
         if let Some(background) = &self.manifest.background {
@@ -277,7 +278,7 @@ impl Capture {
     fn check_files(&self) -> Result<FileSummary, CaptureError> {
         let files = self.files();
         for named in &files {
-            self.check_place(named)?;
+            self.check_path(named)?;
         }
         let (mut has_colour, mut jpeg_qualities) = (false, Vec::new());
         let mut first: Option<(&NamedFile, u32)> = None;
@@ -301,7 +302,7 @@ impl Capture {
     }
 
     /// Checks that the file exists and is inside the folder.
-    fn check_place(&self, named: &NamedFile) -> Result<(), CaptureError> {
+    fn check_path(&self, named: &NamedFile) -> Result<(), CaptureError> {
         let outside = |reason| CaptureError::PathOutside {
             file: self.manifest_path(),
             entry: named.entry.clone(),
@@ -353,7 +354,7 @@ impl NamedFile {
 /// Writes `manifest` as `folder/capture.json`, replacing it atomically.
 ///
 /// # Errors
-/// [`CaptureError::Inaccessible`]; the values are checked as on reading.
+/// [`CaptureError::Inaccessible`]; the values are checked as when reading.
 pub fn write_manifest(folder: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     let file = folder.join(MANIFEST_FILE);
     check_values(&file, manifest)?;

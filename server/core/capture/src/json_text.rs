@@ -18,8 +18,8 @@ enum Level {
     Array { idx: usize },
 }
 
-/// A tokeniser that keeps track of the path of keys.
-struct Walk<'t> {
+/// A tokenizer that tracks the path of keys.
+struct Tokenizer<'t> {
     text: &'t str,
     at: usize,
     levels: Vec<Level>,
@@ -39,13 +39,13 @@ pub(crate) fn entry_ended_at(text: &str, line: usize, column: usize) -> Option<S
 fn entry_before(text: &str, line: usize, n_bytes: usize) -> Option<String> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let end = (start + n_bytes).min(text.len());
-    let mut walk = Walk { text, at: 0, levels: Vec::new() };
-    while walk.at < end {
-        if walk.step().is_none() {
+    let mut tokenizer = Tokenizer { text, at: 0, levels: Vec::new() };
+    while tokenizer.at < end {
+        if tokenizer.step().is_none() {
             break;
         }
     }
-    walk.entry()
+    tokenizer.entry()
 }
 
 /// The name used for errors outside any entry.
@@ -55,18 +55,22 @@ fn whole() -> String {
 
 /// The first bare NaN or Infinity of the text.
 pub(crate) fn first_not_finite(text: &str) -> Option<NotFinite> {
-    let mut walk = Walk { text, at: 0, levels: Vec::new() };
+    let mut tokenizer = Tokenizer { text, at: 0, levels: Vec::new() };
     loop {
-        let start = walk.at;
-        let word = walk.step()?;
+        let start = tokenizer.at;
+        let word = tokenizer.step()?;
         if matches!(word.trim_start_matches('-'), "NaN" | "nan" | "Infinity" | "inf") {
             let line = text[..start].matches('\n').count() + 1;
-            return Some(NotFinite { line, entry: walk.entry().unwrap_or_else(whole), found: word.to_owned() });
+            return Some(NotFinite {
+                line,
+                entry: tokenizer.entry().unwrap_or_else(whole),
+                found: word.to_owned(),
+            });
         }
     }
 }
 
-impl<'t> Walk<'t> {
+impl<'t> Tokenizer<'t> {
     /// Consumes one token and returns it; `None` at the end.
     fn step(&mut self) -> Option<&'t str> {
         let rest = &self.text[self.at..];
@@ -78,11 +82,11 @@ impl<'t> Walk<'t> {
         };
         let token = &rest[..length];
         self.at += length;
-        self.note(token);
+        self.update_path(token);
         Some(token)
     }
 
-    fn note(&mut self, token: &str) {
+    fn update_path(&mut self, token: &str) {
         match token {
             "{" => self.levels.push(Level::Object { key: None }),
             "[" => self.levels.push(Level::Array { idx: 0 }),

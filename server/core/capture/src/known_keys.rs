@@ -1,4 +1,4 @@
-//! Keys of the manifest that this version does not know: ignored, but reported to the operator.
+//! Unknown keys of the manifest: ignored, but reported to the operator.
 
 use serde_json::Value;
 

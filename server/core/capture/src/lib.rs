@@ -27,6 +27,6 @@ pub use image_file::{
 };
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{CrossProjector, GratingProjector, PlanesProjector, Projector};
-pub use stage::{StageKind, StagePlace, StageSheet};
+pub use stage::{NominalPosition, StageDescription, StageKind};
 pub use target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
 pub use target_check::TargetError;

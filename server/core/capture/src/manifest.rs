@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::ChannelChoice;
 use crate::projector::Projector;
-use crate::stage::{StagePlace, StageSheet, number};
+use crate::stage::{NominalPosition, StageDescription, number};
 use crate::target::Target;
 
 /// The manifest's text form; see `server/docs/schemas/capture.schema.json`.
@@ -21,12 +21,12 @@ pub struct Manifest {
     /// The line projector.
     pub projector: Projector,
     /// The stage.
-    #[serde(default, skip_serializing_if = "StageSheet::is_default")]
-    pub stage: StageSheet,
-    /// A background (laser off) for all pictures without their own; only if nothing in it moves.
+    #[serde(default, skip_serializing_if = "StageDescription::is_default")]
+    pub stage: StageDescription,
+    /// A background (laser off) for all images without their own; only for static scenes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
-    /// The board at rest, in normal light and in laser light.
+    /// The board at rest, in ambient light and in laser light.
     #[serde(default)]
     pub poses: Vec<Pose>,
     /// The board on the stage.
@@ -44,7 +44,7 @@ pub struct CameraFormat {
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
-    /// The channel in which colour pictures show the laser.
+    /// The channel in which colour images show the laser.
     #[serde(default, skip_serializing_if = "ChannelChoice::is_auto")]
     pub channel: ChannelChoice,
 }
@@ -54,7 +54,7 @@ pub struct CameraFormat {
 pub struct Pose {
     /// Image at normal exposure.
     pub board: PathBuf,
-    /// Image at low exposure with the laser on; without it the pose is used for the camera alone.
+    /// Image at low exposure with the laser on; without it the pose is used for the camera only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laser: Option<PathBuf>,
     /// If lines are switched on one by one: instead of `laser` one such image per line, in the order of their numbers.
@@ -108,26 +108,26 @@ pub struct Frame {
 
 impl StageView {
     /// A view of the board at a stage position.
-    pub fn new(board: impl Into<PathBuf>, place: StagePlace) -> Self {
-        let (position_mm, angle_deg) = place.keys();
+    pub fn new(board: impl Into<PathBuf>, position: NominalPosition) -> Self {
+        let (position_mm, angle_deg) = position.keys();
         Self { board: board.into(), position_mm, angle_deg }
     }
 
     /// The stage position; a manifest that was read or written has exactly one of the two keys.
-    pub fn place(&self) -> StagePlace {
-        StagePlace::of_keys(self.position_mm, self.angle_deg)
+    pub fn position(&self) -> NominalPosition {
+        NominalPosition::of_keys(self.position_mm, self.angle_deg)
     }
 }
 
 impl Frame {
     /// A frame at a stage position, without a background of its own.
-    pub fn new(image: impl Into<PathBuf>, place: StagePlace) -> Self {
-        let (position_mm, angle_deg) = place.keys();
+    pub fn new(image: impl Into<PathBuf>, position: NominalPosition) -> Self {
+        let (position_mm, angle_deg) = position.keys();
         Self { image: image.into(), position_mm, angle_deg, background: None, line: None }
     }
 
     /// The stage position; a manifest that was read or written has exactly one of the two keys.
-    pub fn place(&self) -> StagePlace {
-        StagePlace::of_keys(self.position_mm, self.angle_deg)
+    pub fn position(&self) -> NominalPosition {
+        NominalPosition::of_keys(self.position_mm, self.angle_deg)
     }
 }

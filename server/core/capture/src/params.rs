@@ -15,8 +15,9 @@ pub const IMAGE_LIMIT_PX: usize = 50_000_000;
 /// Memory a decoder may take, bytes: 50 Mpx of 16-bit colour plus the decoder's own rows.
 pub const DECODE_LIMIT_BYTES: u64 = 512 << 20;
 
-/// Pictures from which the laser's channel is selected: lines of several poses or frames, read in a second or two.
-pub const CHANNEL_SAMPLE_PICTURES: usize = 4;
+/// Number of images from which the laser's channel is selected: lines of several poses or frames, read in one or
+/// two seconds.
+pub const CHANNEL_SAMPLE_IMAGES: usize = 4;
 
 /// Highest diffraction order; real line gratings have light in fewer than ten on each side.
 pub const ORDER_LIMIT: i8 = 20;

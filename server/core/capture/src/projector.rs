@@ -1,4 +1,4 @@
-//! `projector` of the manifest: the line projector, by its data sheets.
+//! `projector` of the manifest: the nominal values of the line projector.
 
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ pub(crate) const COLUMNS: &str = "columns";
 /// Value of `line_direction` for lines along image rows.
 pub(crate) const ROWS: &str = "rows";
 
-/// The words of `projector.kind`.
+/// Values of `projector.kind`.
 const KINDS: &[&str] = &["grating", "planes", "cross"];
 
 /// The lines of a cross, by their numbers.
@@ -31,7 +31,7 @@ pub enum Projector {
     Cross(CrossProjector),
 }
 
-/// Laser and grating by their data sheets.
+/// Nominal values of laser and grating.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GratingProjector {
     /// Wavelength of the laser.
@@ -53,7 +53,7 @@ pub struct PlanesProjector {
     /// `rows` (default) or `columns`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_direction: Option<String>,
-    /// Whether they are switched on one by one, each in a picture that states its line.
+    /// Whether they are switched on one by one; every image then states its line.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub switched: bool,
 }
@@ -67,8 +67,8 @@ pub struct CrossProjector {
 }
 
 impl Projector {
-    /// The labels of the lines from the top (left) of the image downwards (rightwards): orders of a grating, numbers of
-    /// lines that nothing ties together; of a cross that along rows first.
+    /// The labels of the lines from the top (left) of the image downwards (rightwards): orders of a grating, or
+    /// numbers of independent lines; for a cross, that along rows first.
     pub fn orders(&self) -> Vec<i8> {
         match self {
             Self::Grating(grating) => grating.orders.clone(),
@@ -86,20 +86,22 @@ impl Projector {
         }
     }
 
-    /// The lines of a picture that shows both lines of a cross, and which way each runs; `None` of any other picture.
+    /// The lines of a cross and their directions, if both are on together; otherwise `None`.
     pub fn crossing_lines(&self) -> Option<[(i8, LineDirection); 2]> {
         matches!(self, Self::Cross(cross) if !cross.switched).then_some(CROSS)
     }
 
-    /// Which way a line runs in the images.
+    /// Direction of a line in the images.
     pub fn direction_of(&self, line: i8) -> LineDirection {
         match self {
-            Self::Cross(_) => CROSS.iter().find(|(other, _)| *other == line).map_or(CROSS[0].1, |(_, way)| *way),
+            Self::Cross(_) => {
+                CROSS.iter().find(|(other, _)| *other == line).map_or(CROSS[0].1, |(_, direction)| *direction)
+            }
             _ => direction(self.line_direction()),
         }
     }
 
-    /// The ways in which lines run in the images.
+    /// Directions of the lines in the images.
     pub fn directions(&self) -> Vec<LineDirection> {
         match self {
             Self::Cross(_) => CROSS.map(|(_, direction)| direction).to_vec(),
@@ -107,7 +109,7 @@ impl Projector {
         }
     }
 
-    /// The word for the one way that the lines run, as written.
+    /// The line direction as written, if all lines have the same.
     pub(crate) fn line_direction(&self) -> Option<&str> {
         match self {
             Self::Grating(grating) => grating.line_direction.as_deref(),
@@ -118,7 +120,7 @@ impl Projector {
 }
 
 impl GratingProjector {
-    /// Which way the lines run in the images.
+    /// Direction of the lines in the images.
     pub fn direction(&self) -> LineDirection {
         direction(self.line_direction.as_deref())
     }
@@ -140,7 +142,7 @@ impl From<GratingProjector> for Projector {
     }
 }
 
-/// All keys of every kind.
+/// The keys of all kinds.
 #[derive(Deserialize)]
 struct Keys {
     kind: Option<String>,
@@ -158,19 +160,19 @@ impl<'de> Deserialize<'de> for Projector {
         let keys = Keys::deserialize(deserializer)?;
         match keys.kind.as_deref().unwrap_or("grating") {
             "grating" => Ok(Self::Grating(GratingProjector {
-                wavelength_nm: needed(keys.wavelength_nm, "projector.wavelength_nm")?,
-                grating_lines_per_mm: needed(keys.grating_lines_per_mm, "projector.grating_lines_per_mm")?,
-                orders: needed(keys.orders, "projector.orders")?,
+                wavelength_nm: required(keys.wavelength_nm, "projector.wavelength_nm")?,
+                grating_lines_per_mm: required(keys.grating_lines_per_mm, "projector.grating_lines_per_mm")?,
+                orders: required(keys.orders, "projector.orders")?,
                 line_direction: keys.line_direction,
             })),
             "planes" => Ok(Self::Planes(PlanesProjector {
-                lines: needed(keys.lines, "projector.lines")?,
+                lines: required(keys.lines, "projector.lines")?,
                 line_direction: keys.line_direction,
                 switched: keys.switched,
             })),
             "cross" => match keys {
                 Keys { lines: Some(lines), .. } if lines != CROSS.len() => {
-                    Err(D::Error::custom(format_args!("a cross has 2 lines, projector.lines says {lines}")))
+                    Err(D::Error::custom(format_args!("a cross has 2 lines, projector.lines is {lines}")))
                 }
                 Keys { line_direction: Some(_), .. } => Err(D::Error::custom(
                     "projector.line_direction is stated, but the lines of a cross run both ways: \
@@ -184,7 +186,7 @@ impl<'de> Deserialize<'de> for Projector {
 }
 
 /// The value, or an error that names the entry.
-pub(crate) fn needed<T, E: Error>(value: Option<T>, entry: &'static str) -> Result<T, E> {
+pub(crate) fn required<T, E: Error>(value: Option<T>, entry: &'static str) -> Result<T, E> {
     value.ok_or_else(|| E::custom(format_args!("{MISSING}{entry}`")))
 }
 

@@ -4,11 +4,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 /// The stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct StageSheet {
+pub struct StageDescription {
     /// Its kind.
     #[serde(default)]
     pub kind: StageKind,
-    /// rotary: one standard deviation of the stated angles, by data sheet or test.
+    /// Standard deviation of the stated angles of a rotary stage, from its data sheet or a test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_sigma_deg: Option<f64>,
 }
@@ -20,20 +20,20 @@ pub enum StageKind {
     /// Linear; the default.
     #[default]
     Linear,
-    /// About an axis: a turntable.
+    /// Rotary: a turntable.
     Rotary,
 }
 
-/// A stage position.
+/// A nominal stage position.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StagePlace {
+pub enum NominalPosition {
     /// Nominal position of a linear stage.
     PositionMm(f64),
     /// Nominal angle of a turntable; not reduced to one turn.
     AngleDeg(f64),
 }
 
-impl StageSheet {
+impl StageDescription {
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
@@ -49,10 +49,10 @@ impl StageKind {
     }
 
     /// A position of such a stage, from its value in mm or degrees.
-    pub fn place(self, value: f64) -> StagePlace {
+    pub fn position(self, value: f64) -> NominalPosition {
         match self {
-            Self::Linear => StagePlace::PositionMm(value),
-            Self::Rotary => StagePlace::AngleDeg(value),
+            Self::Linear => NominalPosition::PositionMm(value),
+            Self::Rotary => NominalPosition::AngleDeg(value),
         }
     }
 
@@ -65,7 +65,7 @@ impl StageKind {
     }
 }
 
-impl StagePlace {
+impl NominalPosition {
     /// As values of position_mm and angle_deg.
     pub(crate) fn keys(self) -> (Option<f64>, Option<f64>) {
         match self {
@@ -90,7 +90,7 @@ impl StagePlace {
     }
 }
 
-impl std::fmt::Display for StagePlace {
+impl std::fmt::Display for NominalPosition {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::PositionMm(position_mm) => write!(f, "{position_mm:+.2} mm"),

@@ -4,7 +4,7 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use crate::projector::needed;
+use crate::projector::required;
 
 /// Values of `target.kind`.
 const KINDS: &[&str] = &["chessboard", "charuco", "circles", "asymmetric_circles"];
@@ -138,7 +138,7 @@ impl<'de> Deserialize<'de> for SquareMm {
     }
 }
 
-/// Reads a number, or a list of two.
+/// Visitor for a number or a list of two.
 struct Sides;
 
 impl<'de> Visitor<'de> for Sides {
@@ -170,7 +170,7 @@ impl<'de> Visitor<'de> for Sides {
     }
 }
 
-/// All keys of every kind.
+/// The keys of all kinds.
 #[derive(Deserialize)]
 struct Keys {
     kind: Option<String>,
@@ -189,26 +189,26 @@ impl<'de> Deserialize<'de> for Target {
         let keys = Keys::deserialize(deserializer)?;
         let circles = || -> Result<CirclesTarget, D::Error> {
             Ok(CirclesTarget {
-                columns: needed(keys.columns, "target.columns")?,
-                rows: needed(keys.rows, "target.rows")?,
-                square_mm: needed(keys.square_mm, "target.square_mm")?,
-                diameter_mm: needed(keys.diameter_mm, "target.diameter_mm")?,
+                columns: required(keys.columns, "target.columns")?,
+                rows: required(keys.rows, "target.rows")?,
+                square_mm: required(keys.square_mm, "target.square_mm")?,
+                diameter_mm: required(keys.diameter_mm, "target.diameter_mm")?,
             })
         };
-        match needed(keys.kind.clone(), "target.kind")?.as_str() {
+        match required(keys.kind.clone(), "target.kind")?.as_str() {
             "circles" => Ok(Self::Circles(circles()?)),
             "asymmetric_circles" => Ok(Self::AsymmetricCircles(circles()?)),
             "chessboard" => Ok(Self::Chessboard(ChessboardTarget {
-                inner_columns: needed(keys.inner_columns, "target.inner_columns")?,
-                inner_rows: needed(keys.inner_rows, "target.inner_rows")?,
-                square_mm: needed(keys.square_mm, "target.square_mm")?,
+                inner_columns: required(keys.inner_columns, "target.inner_columns")?,
+                inner_rows: required(keys.inner_rows, "target.inner_rows")?,
+                square_mm: required(keys.square_mm, "target.square_mm")?,
             })),
             "charuco" => Ok(Self::Charuco(CharucoTarget {
-                columns: needed(keys.columns, "target.columns")?,
-                rows: needed(keys.rows, "target.rows")?,
-                square_mm: needed(keys.square_mm, "target.square_mm")?,
-                marker_mm: needed(keys.marker_mm, "target.marker_mm")?,
-                dictionary: needed(keys.dictionary, "target.dictionary")?,
+                columns: required(keys.columns, "target.columns")?,
+                rows: required(keys.rows, "target.rows")?,
+                square_mm: required(keys.square_mm, "target.square_mm")?,
+                marker_mm: required(keys.marker_mm, "target.marker_mm")?,
+                dictionary: required(keys.dictionary, "target.dictionary")?,
             })),
             other => Err(D::Error::unknown_variant(other, KINDS)),
         }

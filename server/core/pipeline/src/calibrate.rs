@@ -1,4 +1,4 @@
-//! From a capture to a calibration: pictures, features, fit, document.
+//! From a capture to a calibration: images, features, fit, document.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use capture::{Capture, ChannelBasis, sha256_of};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
-use crate::pictures::features::{Features, calibration_features};
+use crate::images::features::{Features, calibration_features};
 use crate::progress::Reporter;
 
-/// A calibrated capture.
+/// Result of the calibration of a capture.
 pub struct Calibrated {
     /// Calibration with its report.
     pub result: CalibrationResult,
@@ -19,32 +19,32 @@ pub struct Calibrated {
     pub document: CalibrationDocument,
 }
 
-/// Opens a capture, reports its warnings and the channel used of colour pictures.
+/// Opens a capture, reports its warnings and the channel used for colour images.
 pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, Failure> {
     let capture = Capture::open(folder)?;
     for warning in &capture.warnings {
         reporter.warn(warning);
     }
-    if capture.laser_channel().basis != ChannelBasis::GreyPictures {
+    if capture.laser_channel().basis != ChannelBasis::GreyImages {
         reporter.note(&capture.laser_channel().to_string());
     }
     Ok(capture)
 }
 
-/// Reads the pictures of the calibration and reports those left out.
+/// Extracts the features of the calibration images and reports the images left out.
 pub fn read_features(
     capture: &Capture,
     leave_out_unreadable: bool,
     reporter: &dyn Reporter,
 ) -> Result<Features, Failure> {
     let features = calibration_features(capture, leave_out_unreadable, reporter)?;
-    for picture in &features.left_out {
-        reporter.warn(&format!("left out: {picture}"));
+    for image in &features.left_out {
+        reporter.warn(&format!("left out: {image}"));
     }
     Ok(features)
 }
 
-/// Calibrates from the features of the pictures.
+/// Calibrates from the features of the images.
 pub fn calibrate_features(
     capture: &Capture,
     features: &Features,
@@ -65,7 +65,7 @@ pub fn calibrate_features(
     Ok(Calibrated { result, document })
 }
 
-/// Hashes of the manifest and the calibration pictures.
+/// Hashes of the manifest and the calibration images.
 fn input_hashes(capture: &Capture) -> Result<Vec<InputHash>, Failure> {
     let mut paths = vec![Path::new("capture.json").to_owned()];
     let manifest = &capture.manifest;

@@ -1,4 +1,4 @@
-//! Why a procedure ended without a result, with a remedy.
+//! Failures of procedures, with remedies.
 
 use std::error::Error;
 use std::fmt;
@@ -49,7 +49,7 @@ impl Failure {
         }))
     }
 
-    /// Something in the input is wrong.
+    /// The input is wrong.
     pub fn bad_input(what: impl Into<String>) -> Self {
         Self::new(FailureKind::BadInput, what)
     }
@@ -108,7 +108,8 @@ impl Failure {
         self
     }
 
-    /// Marks a picture that was read correctly and shows the wrong thing: it is possible to continue without it.
+    /// Marks the failure as due to the content of an image that was read correctly: the procedure may continue
+    /// without this image.
     pub fn about_content(mut self) -> Self {
         self.0.is_about_content = true;
         self
@@ -124,12 +125,12 @@ impl Failure {
         &self.0.what
     }
 
-    /// Where: an entry of the file.
+    /// The entry of the file.
     pub fn entry(&self) -> Option<&str> {
         self.0.entry.as_deref()
     }
 
-    /// Why, from the nearest cause to the farthest.
+    /// The chain of causes, nearest first.
     pub fn causes(&self) -> &[String] {
         &self.0.causes
     }
@@ -183,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_failure_names_file_entry_cause_and_remedy() {
-        let failure = Failure::bad_input("cannot read the picture")
+        let failure = Failure::bad_input("cannot read the image")
             .in_file(Path::new("a/capture.json"))
             .at_entry("poses[3].board")
             .because(&Outer(std::fmt::Error))

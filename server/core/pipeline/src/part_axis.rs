@@ -1,4 +1,4 @@
-//! A turntable's axis from a scan of a part from all sides.
+//! The axis of a turntable, estimated from a scan of a part from all sides.
 
 use calibration::{CalibrationDocument, InputHash};
 use capture::{Capture, sha256_of};
@@ -33,7 +33,7 @@ pub fn calibrate_axis(
         axis.angle_error = AngleError::new(sigma_deg.to_radians());
     }
     let how = format!(
-        "the axis is the one about which {} places of the part of scan \"{scan}\" coincide, not that of board views",
+        "the axis was estimated from {} points of the part observed twice in scan \"{scan}\", not from board views",
         found.n_pairs
     );
     let inputs: Result<Vec<InputHash>, Failure> = capture

@@ -1,7 +1,7 @@
 //! Progress reports of long procedures, and their cancellation.
 //!
-//! The same procedures are used by the command line, which draws bars on stderr, and by the jobs of the service, which
-//! publish a fraction and words and may be cancelled. A procedure depends on neither.
+//! The same procedures are used by the command line, which draws bars on stderr, and by the jobs of the service,
+//! which publish a fraction and a message and may be cancelled. A procedure depends on neither.
 
 use crate::failure::Failure;
 
@@ -16,7 +16,7 @@ pub trait Reporter: Send + Sync {
     /// Whether the procedure was cancelled.
     fn is_cancelled(&self) -> bool;
 
-    /// Progress over `total` items, such as pictures.
+    /// Progress over `total` items, such as images.
     fn count(&self, title: &str, unit: &str, total: usize) -> Box<dyn Task>;
 
     /// Progress of a procedure that names its steps and the fraction done.

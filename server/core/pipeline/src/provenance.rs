@@ -1,4 +1,4 @@
-//! A cloud contains the calibration it was made with, so that it can be measured with full uncertainty years later.
+//! The calibration embedded in a cloud, so that the cloud can be measured with full uncertainty years later.
 //!
 //! The part of the calibration document needed to use it is split into comment lines `calibration_json i/n …` of the
 //! cloud's header. The lines are plain ASCII and neither begin nor end with a blank, because readers trim comments.

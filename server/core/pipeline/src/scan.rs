@@ -14,7 +14,7 @@ use scanning::{
 use statistics::median;
 
 use crate::failure::Failure;
-use crate::pictures::features::{scan_centrelines, stage_position};
+use crate::images::features::{scan_centrelines, stage_position};
 use crate::progress::Reporter;
 use crate::provenance::embed;
 
@@ -70,8 +70,8 @@ pub fn write_capture_peaks(
     Ok(())
 }
 
-/// Takes the frames of one scan of the capture in order: the centrelines of every picture, and where the stage stood. A
-/// picture of a cross is two frames, one for each line.
+/// Passes the frames of one scan of the capture to `take` in order: the centrelines of every image and its stage
+/// position. An image of a cross gives two frames, one for each line.
 fn capture_frames(
     capture: &Capture,
     document: &CalibrationDocument,
@@ -83,12 +83,12 @@ fn capture_frames(
     check_camera(images.width_px, images.height_px, &document.calibration().camera)
         .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
     let frames = &capture.scan(name)?.frames;
-    scan_centrelines(capture, name, reporter, |picture, centrelines| {
-        take(ScanFrame { centrelines, position: stage_position(frames[picture].place()) })
+    scan_centrelines(capture, name, reporter, |image_idx, centrelines| {
+        take(ScanFrame { centrelines, position: stage_position(frames[image_idx].position()) })
     })
 }
 
-/// Evaluates centrelines and positions of a scan's frames to a cloud that contains its calibration.
+/// Computes the cloud of a scan from the centrelines and positions of its frames; it contains its calibration.
 pub fn scan_frames(
     frames: &[ScanFrame],
     document: &CalibrationDocument,
@@ -128,8 +128,8 @@ pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
     Ok(median_mm(sigmas_mm))
 }
 
-/// The same without the points: they are computed frame by frame, and need not be in memory together.
-/// `calibration`: that of the document.
+/// Evaluates a scan without computing its points: they are computed frame by frame, and need not be in memory
+/// together. `calibration`: that of the document.
 pub fn evaluated_scan<'a>(
     frames: &'a dyn Frames,
     document: &CalibrationDocument,
@@ -140,7 +140,7 @@ pub fn evaluated_scan<'a>(
     reporter.check_cancelled()?;
     let mut evaluation = evaluate_scan(frames, calibration, &ScanParams::default())?;
     if evaluation.report.n_points == 0 {
-        return Err(nothing_seen(name, &evaluation.report));
+        return Err(no_points(name, &evaluation.report));
     }
     let labels = &evaluation.report.labels;
     let dark = labels.iter().filter(|of_frame| of_frame.is_empty()).count();
@@ -163,11 +163,11 @@ pub fn check_camera(width_px: usize, height_px: usize, camera: &optics::Camera) 
     .remedy("use the calibration of this camera at this resolution"))
 }
 
-fn nothing_seen(name: &str, report: &ScanReport) -> Failure {
+fn no_points(name: &str, report: &ScanReport) -> Failure {
     let what = match report.n_segments {
         0 => format!("scan {name}: no frame shows a laser line"),
         n_segments => format!(
-            "scan {name}: none of {n_segments} line pieces gave a point ({} points left out)",
+            "scan {name}: none of {n_segments} line pieces gave a point ({} points dropped)",
             report.dropped.total_points()
         ),
     };

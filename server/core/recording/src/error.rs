@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use remedy::Remedy;
 
-/// Why a recording cannot be written or read.
+/// Why a recording cannot be written, read or exported.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be read or written.
-    #[error("cannot {act} {}", path.display())]
+    #[error("cannot {action} {}", path.display())]
     File {
         /// `open`, `read`, `write`.
-        act: &'static str,
+        action: &'static str,
         /// The file.
         path: PathBuf,
         /// The operating system's error.
@@ -50,9 +50,9 @@ pub enum RecordingError {
     /// The capture folder cannot be written.
     #[error("the capture folder cannot be written")]
     Capture(#[from] capture::CaptureError),
-    /// A picture cannot be written.
-    #[error("a picture of the capture cannot be written")]
-    Picture(#[from] capture::ImageFileError),
+    /// An image cannot be written.
+    #[error("an image of the capture cannot be written")]
+    Image(#[from] capture::ImageFileError),
 }
 
 impl RecordingError {

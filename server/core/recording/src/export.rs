@@ -8,8 +8,8 @@ use crate::error::RecordingError;
 use crate::file::RecordingFile;
 use crate::params::CALIBRATION_NAME;
 
-/// Folder of the pictures within the capture.
-const PICTURES: &str = "scan";
+/// Folder of the images in the capture.
+const IMAGES: &str = "scan";
 
 /// Result of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,14 +20,14 @@ pub struct Exported {
     pub n_frames: u64,
     /// Frames without a stage position, which a capture cannot contain.
     pub n_without_position: u64,
-    /// Rows of the scan whose frames are not in the recording.
+    /// Rows of the scan whose frames are missing in the recording.
     pub n_rows_missing: u64,
     /// The calibration beside the manifest, if the recording contains one.
     pub calibration: Option<PathBuf>,
 }
 
-/// Writes the frames of a recording as the capture folder `folder`: those of its scan with the positions assigned by
-/// the scan, or all. Before every picture `progress` is called with its index and their number.
+/// Writes the frames of a recording as the capture folder `folder`: those of its scan with the positions assigned
+/// by the scan, or all. `progress` is called before every image with its index and the number of images.
 ///
 /// # Errors
 /// [`RecordingError::NothingToExport`], frames that cannot be read, a folder that cannot be written.
@@ -38,20 +38,20 @@ pub fn export(
 ) -> Result<Exported, RecordingError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
-        move |cause| RecordingError::File { act: "write", path, cause }
+        move |cause| RecordingError::File { action: "write", path, cause }
     };
     let (frames, n_rows_missing) = recording.scan_frames();
-    let placed: Vec<_> = frames.iter().filter_map(|(idx, place)| Some((*idx, (*place)?))).collect();
-    let Some((first, _)) = placed.first() else { return Err(RecordingError::NothingToExport) };
+    let with_position: Vec<_> = frames.iter().filter_map(|(idx, position)| Some((*idx, (*position)?))).collect();
+    let Some((first, _)) = with_position.first() else { return Err(RecordingError::NothingToExport) };
     let (width_px, height_px, _) = recording.frames[*first].shape;
-    let pictures = folder.join(PICTURES);
-    std::fs::create_dir_all(&pictures).map_err(failed(&pictures))?;
-    let mut written = Vec::with_capacity(placed.len());
-    for (row, (idx, place)) in placed.iter().enumerate() {
-        progress(row, placed.len());
-        let path = Path::new(PICTURES).join(format!("{row:05}.png"));
+    let images = folder.join(IMAGES);
+    std::fs::create_dir_all(&images).map_err(failed(&images))?;
+    let mut written = Vec::with_capacity(with_position.len());
+    for (row, (idx, position)) in with_position.iter().enumerate() {
+        progress(row, with_position.len());
+        let path = Path::new(IMAGES).join(format!("{row:05}.png"));
         write_png(&folder.join(&path), &recording.image(*idx)?)?;
-        written.push(Frame::new(path, *place));
+        written.push(Frame::new(path, *position));
     }
     let scan = recording.header.name.clone();
     write_manifest(
@@ -78,8 +78,8 @@ pub fn export(
     };
     Ok(Exported {
         scan,
-        n_frames: placed.len() as u64,
-        n_without_position: (frames.len() - placed.len()) as u64,
+        n_frames: with_position.len() as u64,
+        n_without_position: (frames.len() - with_position.len()) as u64,
         n_rows_missing,
         calibration,
     })

@@ -1,4 +1,4 @@
-//! Reading a recording: one pass indexes its content, then pictures are read in any order.
+//! Reading a recording: one pass indexes its content, then images are read in any order.
 
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use crate::frames;
 use crate::header::{END, HEADER, RecordingEnd, RecordingHeader};
 use crate::messages::{EventNote, FrameNote, RowNote, SettingsNote};
 use crate::params::CALIBRATION_NAME;
-use crate::records::{Located, Next, Records, check_count, check_kind, unpacked, within};
+use crate::records::{Located, Next, Records, check_count, check_opcode, decompressed_chunk, records_in};
 use crate::topics::Topic;
 
 /// A recording with readable frames.
@@ -28,7 +28,7 @@ pub struct RecordingFile {
     pub header: RecordingHeader,
     /// The calibration document in the recording.
     pub calibration: Option<Bytes>,
-    /// Its frames in their order.
+    /// Its frames, in order of capture.
     pub frames: Vec<RecordedFrame>,
     /// The frames that are rows of a scan.
     pub rows: Vec<RowNote>,
@@ -41,16 +41,16 @@ pub struct RecordingFile {
     /// How it ended; `None` if it was interrupted.
     pub end: Option<RecordingEnd>,
     /// Whether index and end are present, as MCAP programs expect.
-    pub is_whole: bool,
+    pub is_complete: bool,
     /// Unreadable parts.
-    pub damages: Vec<Damage>,
-    reading: Mutex<Reading>,
+    pub damaged_parts: Vec<Damage>,
+    chunks: Mutex<ChunkReader>,
 }
 
 /// A frame of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedFrame {
-    /// Data about the picture.
+    /// Metadata of the image.
     pub note: FrameNote,
     /// The middle of its exposure, Unix time in nanoseconds.
     pub at_ns: u64,
@@ -63,16 +63,16 @@ pub struct RecordedFrame {
 /// An unreadable part of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
-    /// Where it begins.
+    /// Offset of its first byte.
     pub at_bytes: u64,
     /// Its length.
     pub size_bytes: u64,
-    /// What is wrong, in words.
+    /// What is wrong.
     pub reason: String,
 }
 
-/// Reader of pictures, with the last chunk cached: frames are usually read in order.
-struct Reading {
+/// Reader of chunks, with the last one cached: frames are usually read in order.
+struct ChunkReader {
     records: Records,
     chunk: Option<(u64, Bytes)>,
 }
@@ -81,22 +81,22 @@ struct Reading {
 const MESSAGE_HEAD_BYTES: usize = 22;
 
 impl RecordingFile {
-    /// Indexes the content of a recording; of an interrupted one, its intact part.
+    /// Indexes the content of a recording; if it was interrupted, its intact part.
     ///
     /// # Errors
     /// [`RecordingError::NotMcap`], [`RecordingError::NotARecording`], or a file that cannot be read.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut records = Records::open(path)?;
         let size_bytes = records.size_bytes();
-        let mut pass = Pass::default();
-        let is_whole = loop {
+        let mut index = Index::default();
+        let is_complete = loop {
             match records.next()? {
-                Next::Record(record) => pass.take(record),
+                Next::Record(record) => index.take(record),
                 Next::End => break true,
-                Next::BrokenOff { rest_bytes } => {
+                Next::Truncated { rest_bytes } => {
                     if rest_bytes > 0 {
                         let reason = "the file ends within a record".to_owned();
-                        pass.damages.push(Damage {
+                        index.damaged_parts.push(Damage {
                             at_bytes: size_bytes - rest_bytes,
                             size_bytes: rest_bytes,
                             reason,
@@ -107,7 +107,7 @@ impl RecordingFile {
             }
         };
         let not_a_recording = |reason| RecordingError::NotARecording { path: path.to_owned(), reason };
-        let header = match pass.header {
+        let header = match index.header {
             Some(header) => header.map_err(not_a_recording)?,
             None => return Err(not_a_recording("its header is missing".to_owned())),
         };
@@ -115,16 +115,16 @@ impl RecordingFile {
             path: path.to_owned(),
             size_bytes,
             header,
-            calibration: pass.calibration,
-            frames: pass.frames,
-            rows: pass.rows,
-            settings: pass.settings,
-            events: pass.events,
-            n_messages: pass.n_messages,
-            end: pass.end,
-            is_whole,
-            damages: pass.damages,
-            reading: Mutex::new(Reading { records, chunk: None }),
+            calibration: index.calibration,
+            frames: index.frames,
+            rows: index.rows,
+            settings: index.settings,
+            events: index.events,
+            n_messages: index.n_messages,
+            end: index.end,
+            is_complete,
+            damaged_parts: index.damaged_parts,
+            chunks: Mutex::new(ChunkReader { records, chunk: None }),
         })
     }
 
@@ -135,9 +135,9 @@ impl RecordingFile {
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), RecordingError> {
         let frame = &self.frames[idx];
         let failed = |reason| RecordingError::Frame { sequence: frame.note.sequence, reason };
-        let mut reading = self.reading.lock();
-        let chunk = reading.chunk_at(frame.chunk_at_bytes)?.map_err(failed)?;
-        drop(reading);
+        let mut chunks = self.chunks.lock();
+        let chunk = chunks.chunk_at(frame.chunk_at_bytes)?.map_err(failed)?;
+        drop(chunks);
         let changed = || failed("the file changed while it was read".to_owned());
         if frame.message.end > chunk.len() {
             return Err(changed());
@@ -157,7 +157,7 @@ impl RecordingFile {
     }
 }
 
-impl Reading {
+impl ChunkReader {
     fn chunk_at(&mut self, offset_bytes: u64) -> Result<Result<Bytes, String>, RecordingError> {
         if let Some((at, chunk)) = &self.chunk
             && *at == offset_bytes
@@ -167,46 +167,48 @@ impl Reading {
         let Next::Record(Located { op: op::CHUNK, body, .. }) = self.records.at(offset_bytes)? else {
             return Ok(Err("its chunk is missing".to_owned()));
         };
-        let chunk = unpacked(&body);
+        let chunk = decompressed_chunk(&body);
         self.chunk = chunk.clone().ok().map(|chunk| (offset_bytes, chunk));
         Ok(chunk)
     }
 }
 
-/// Result of a pass over the file.
+/// The content of the file.
 #[derive(Default)]
-struct Pass {
+struct Index {
     header: Option<Result<RecordingHeader, String>>,
     calibration: Option<Bytes>,
     topics: BTreeMap<u16, Option<Topic>>,
     names: BTreeMap<u16, String>,
     n_messages: BTreeMap<String, u64>,
-    /// Data about the next picture.
+    /// Metadata of the next image.
     note: Option<(u64, FrameNote)>,
     frames: Vec<RecordedFrame>,
     rows: Vec<RowNote>,
     settings: Vec<(u64, SettingsNote)>,
     events: Vec<(u64, EventNote)>,
     end: Option<RecordingEnd>,
-    damages: Vec<Damage>,
+    damaged_parts: Vec<Damage>,
 }
 
-impl Pass {
+impl Index {
     fn take(&mut self, record: Located) {
-        let taken = match record.op {
-            op::CHUNK => unpacked(&record.body).and_then(|chunk| self.take_chunk(record.offset_bytes, &chunk)),
+        let result = match record.op {
+            op::CHUNK => {
+                decompressed_chunk(&record.body).and_then(|chunk| self.take_chunk(record.offset_bytes, &chunk))
+            }
             _ => self.take_record(record.op, &record.body, None),
         };
-        if let Err(reason) = taken {
+        if let Err(reason) = result {
             let size_bytes = record.body.len() as u64;
-            self.damages.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
+            self.damaged_parts.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
         }
     }
 
     fn take_chunk(&mut self, chunk_at_bytes: u64, chunk: &Bytes) -> Result<(), String> {
-        for (op, body) in within(chunk) {
-            let place = (chunk_at_bytes, body.start + MESSAGE_HEAD_BYTES..body.end);
-            self.take_record(op, &chunk.slice(body), Some(place))?;
+        for (op, body) in records_in(chunk) {
+            let location = (chunk_at_bytes, body.start + MESSAGE_HEAD_BYTES..body.end);
+            self.take_record(op, &chunk.slice(body), Some(location))?;
         }
         Ok(())
     }
@@ -215,9 +217,9 @@ impl Pass {
         &mut self,
         op: u8,
         body: &Bytes,
-        place: Option<(u64, std::ops::Range<usize>)>,
+        location: Option<(u64, std::ops::Range<usize>)>,
     ) -> Result<(), String> {
-        check_kind(op)?;
+        check_opcode(op)?;
         if ![op::METADATA, op::ATTACHMENT, op::CHANNEL, op::MESSAGE, op::STATISTICS].contains(&op) {
             return Ok(());
         }
@@ -239,7 +241,7 @@ impl Pass {
             }
             Record::Message { header, .. } => {
                 let message = body.slice(MESSAGE_HEAD_BYTES.min(body.len())..);
-                self.take_message(header.channel_id, header.log_time, &message, place)?;
+                self.take_message(header.channel_id, header.log_time, &message, location)?;
             }
             _ => {}
         }
@@ -251,7 +253,7 @@ impl Pass {
         channel: u16,
         at_ns: u64,
         message: &Bytes,
-        place: Option<(u64, std::ops::Range<usize>)>,
+        location: Option<(u64, std::ops::Range<usize>)>,
     ) -> Result<(), String> {
         fn json<T: for<'de> serde::Deserialize<'de>>(message: &Bytes) -> Result<T, String> {
             serde_json::from_slice(message).map_err(|error| error.to_string())
@@ -264,9 +266,9 @@ impl Pass {
             Some(Topic::Settings) => self.settings.push((at_ns, json(message)?)),
             Some(Topic::Event) => self.events.push((at_ns, json(message)?)),
             Some(Topic::Image) => {
-                let noted = self.note.take().filter(|(noted_at_ns, _)| *noted_at_ns == at_ns);
-                let (_, note) = noted.ok_or("a picture without its data")?;
-                let (chunk_at_bytes, message_at) = place.ok_or("a picture outside of the chunks")?;
+                let found = self.note.take().filter(|(noted_at_ns, _)| *noted_at_ns == at_ns);
+                let (_, note) = found.ok_or("an image without its metadata")?;
+                let (chunk_at_bytes, message_at) = location.ok_or("an image outside of a chunk")?;
                 let image = RawImage::decode(message.clone()).map_err(|error| error.to_string())?;
                 let shape = frames::shape(&image)?;
                 self.frames.push(RecordedFrame { note, at_ns, shape, chunk_at_bytes, message: message_at });

@@ -1,4 +1,4 @@
-//! Conversion between a picture and `foxglove.RawImage`.
+//! Conversion between an image and `foxglove.RawImage`.
 
 use bytes::{BufMut as _, Bytes};
 use prost::Message as _;
@@ -7,7 +7,7 @@ use vision::{GreyImage, Pixels};
 
 use crate::foxglove::{RawImage, Timestamp};
 
-/// The frame of reference of pictures and profiles.
+/// The frame of reference of images and profiles.
 pub const CAMERA_FRAME: &str = "camera";
 
 const MONO8: &str = "mono8";
@@ -22,7 +22,7 @@ pub fn timestamp(at_ns: u64) -> Timestamp {
     Timestamp { seconds: (at_ns / NS_PER_S) as i64, nanos: (at_ns % NS_PER_S) as i32 }
 }
 
-/// Encodes a picture into `message`, reusing its memory: pixels are copied once.
+/// Encodes an image into `message`, reusing its memory; pixels are copied once.
 pub fn encode(image: &GreyImage, at_ns: u64, message: &mut Vec<u8>) {
     const FITS: &str = "a vector grows on demand";
     message.clear();
@@ -51,10 +51,10 @@ pub fn encode(image: &GreyImage, at_ns: u64, message: &mut Vec<u8>) {
     }
 }
 
-/// Columns, rows and bits per pixel of a picture, from its message.
+/// Columns, rows and bits per pixel of an image, from its message.
 ///
 /// # Errors
-/// The inconsistency, in words.
+/// A description of the inconsistency.
 pub fn shape(image: &RawImage) -> Result<(usize, usize, u32), String> {
     let (width, height) = (image.width as usize, image.height as usize);
     let bits = match image.encoding.as_str() {
@@ -73,7 +73,7 @@ pub fn shape(image: &RawImage) -> Result<(usize, usize, u32), String> {
 /// Decodes the pixels of a message into `target`, reusing its memory.
 ///
 /// # Errors
-/// The inconsistency, in words.
+/// A description of the inconsistency.
 pub fn decode(image: &RawImage, target: &mut GreyImage) -> Result<(), String> {
     let (width, height, bits) = shape(image)?;
     let filled = match bits {

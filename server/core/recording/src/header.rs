@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use capture::{Projector, StageSheet, Target};
+use capture::{Projector, StageDescription, Target};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ pub(crate) const END: &str = "sheaf.recording_end";
 /// Data known before the first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
-    /// Name given by a person.
+    /// Name given by the operator.
     pub name: String,
     /// `live` or `scan`.
     pub origin: String,
@@ -37,13 +37,13 @@ pub struct RecordingHeader {
     /// The line projector.
     pub projector: Projector,
     /// The stage.
-    pub stage: StageSheet,
+    pub stage: StageDescription,
 }
 
 /// How a recording ended; one without it was interrupted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingEnd {
-    /// Why, in words.
+    /// The reason.
     pub reason: String,
     /// Frames in it.
     pub n_frames: u64,
@@ -79,10 +79,10 @@ impl RecordingEnd {
     }
 }
 
-/// Metadata are strings by name: values other than strings are stored as JSON. Unknown values are left out.
+/// Metadata are strings by name: values other than strings are stored as JSON. Unknown values are omitted.
 fn texts_of(value: &impl Serialize) -> BTreeMap<String, String> {
     let Ok(Value::Object(fields)) = serde_json::to_value(value) else {
-        unreachable!("the structs of this module are objects of texts, numbers and their likes")
+        unreachable!("the structs of this module serialize to JSON objects")
     };
     let text = |(name, value): (String, Value)| match value {
         Value::Null => None,

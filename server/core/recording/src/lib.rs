@@ -24,8 +24,8 @@ pub use export::{Exported, export};
 pub use file::{Damage, RecordedFrame, RecordingFile};
 pub use header::{RecordingEnd, RecordingHeader};
 pub use messages::{
-    DeviceNote, EventNote, FrameLosses, FrameNote, JsonMessage, PeakLine, PeaksNote, Place, ProfilePoint, RowNote,
-    SettingsNote, StageNote,
+    DeviceNote, EventNote, FrameLosses, FrameNote, JsonMessage, PeakLine, PeaksNote, ProfilePoint,
+    RecordedPosition, RowNote, SettingsNote, StageNote,
 };
 pub use repair::{Repaired, repair};
 pub use summary::{Gap, RecordingSummary, TopicCount};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use capture::StagePlace;
+use capture::NominalPosition;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -33,9 +33,9 @@ json_message!(RowNote, Row, "sheaf.ScanRow");
 json_message!(SettingsNote, Settings, "sheaf.DeviceSettings");
 json_message!(EventNote, Event, "sheaf.Event");
 
-/// A stage position; both are missing if it is unknown.
+/// A stage position; both values are missing if it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Place {
+pub struct RecordedPosition {
     /// Position of a linear stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
@@ -44,23 +44,23 @@ pub struct Place {
     pub angle_deg: Option<f64>,
 }
 
-impl From<StagePlace> for Place {
-    fn from(place: StagePlace) -> Self {
-        match place {
-            StagePlace::PositionMm(position_mm) => Self { position_mm: Some(position_mm), angle_deg: None },
-            StagePlace::AngleDeg(angle_deg) => Self { position_mm: None, angle_deg: Some(angle_deg) },
+impl From<NominalPosition> for RecordedPosition {
+    fn from(position: NominalPosition) -> Self {
+        match position {
+            NominalPosition::PositionMm(position_mm) => Self { position_mm: Some(position_mm), angle_deg: None },
+            NominalPosition::AngleDeg(angle_deg) => Self { position_mm: None, angle_deg: Some(angle_deg) },
         }
     }
 }
 
-impl Place {
-    /// In the form of the capture folder; `None` if unknown.
-    pub fn known(self) -> Option<StagePlace> {
-        self.position_mm.map(StagePlace::PositionMm).or(self.angle_deg.map(StagePlace::AngleDeg))
+impl RecordedPosition {
+    /// As in a capture folder; `None` if unknown.
+    pub fn known(self) -> Option<NominalPosition> {
+        self.position_mm.map(NominalPosition::PositionMm).or(self.angle_deg.map(NominalPosition::AngleDeg))
     }
 }
 
-/// Data about the picture with the same log time.
+/// Metadata of the image with the same log time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrameNote {
     /// The station's sequence number of the frame.
@@ -69,7 +69,7 @@ pub struct FrameNote {
     pub captured_at_ns: u64,
     /// Stage position in the middle of the exposure.
     #[serde(flatten)]
-    pub place: Place,
+    pub position: RecordedPosition,
     /// Exposure time, µs; 0 if unknown.
     pub exposure_us: f64,
     /// Whether the laser was on.
@@ -110,7 +110,7 @@ impl FrameLosses {
         self.by_reason().iter().map(|(_, n)| n).sum()
     }
 
-    /// Adds others.
+    /// Adds the counts of another frame or file.
     pub fn add(&mut self, other: &Self) {
         self.camera += other.camera;
         self.incomplete += other.incomplete;
@@ -125,7 +125,7 @@ impl FrameLosses {
 pub struct StageNote {
     /// Its position.
     #[serde(flatten)]
-    pub place: Place,
+    pub position: RecordedPosition,
     /// Whether it is moving.
     pub moving: bool,
     /// Whether it is homed.
@@ -141,7 +141,7 @@ pub struct RowNote {
     pub row: u64,
     /// Position assigned by the scan.
     #[serde(flatten)]
-    pub place: Place,
+    pub position: RecordedPosition,
 }
 
 /// The devices and their settings.

@@ -1,5 +1,4 @@
-//! The records of an MCAP file from its beginning, as far as they are intact: for finished files and for those of a
-//! process that died.
+//! The intact records of an MCAP file from its beginning, for finished and interrupted files.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -9,7 +8,7 @@ use bytes::Bytes;
 use mcap::records::{ChunkHeader, Record, op};
 
 use crate::error::RecordingError;
-use crate::params::MOST_RECORD_BYTES;
+use crate::params::MAX_RECORD_BYTES;
 
 /// A record with its position.
 pub struct Located {
@@ -28,7 +27,7 @@ pub enum Next {
     /// The regular end: footer and magic.
     End,
     /// The file ends early; no intact record follows.
-    BrokenOff {
+    Truncated {
         /// Bytes that do not belong to an intact record.
         rest_bytes: u64,
     },
@@ -48,7 +47,7 @@ const OP_AND_LENGTH_BYTES: u64 = 9;
 impl Records {
     /// Opens a file and checks its beginning.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let failed = |act| move |cause| RecordingError::File { act, path: path.to_owned(), cause };
+        let failed = |action| move |cause| RecordingError::File { action, path: path.to_owned(), cause };
         let file = File::open(path).map_err(failed("open"))?;
         let size_bytes = file.metadata().map_err(failed("read"))?.len();
         let mut file = BufReader::with_capacity(1 << 20, file);
@@ -71,16 +70,16 @@ impl Records {
         if self.footer {
             let mut magic = [0; 8];
             let ends = self.file.read_exact(&mut magic).is_ok() && magic == *mcap::MAGIC;
-            return Ok(if ends { Next::End } else { Next::BrokenOff { rest_bytes } });
+            return Ok(if ends { Next::End } else { Next::Truncated { rest_bytes } });
         }
         if rest_bytes < OP_AND_LENGTH_BYTES {
-            return Ok(Next::BrokenOff { rest_bytes });
+            return Ok(Next::Truncated { rest_bytes });
         }
         let mut head = [0; OP_AND_LENGTH_BYTES as usize];
         self.file.read_exact(&mut head).map_err(|cause| self.unreadable(cause))?;
         let (op, length) = (head[0], u64::from_le_bytes(head[1..].try_into().expect("eight of nine bytes")));
-        if length > (rest_bytes - OP_AND_LENGTH_BYTES).min(MOST_RECORD_BYTES) || op == 0 {
-            return Ok(Next::BrokenOff { rest_bytes });
+        if length > (rest_bytes - OP_AND_LENGTH_BYTES).min(MAX_RECORD_BYTES) || op == 0 {
+            return Ok(Next::Truncated { rest_bytes });
         }
         let mut body = vec![0; length as usize];
         self.file.read_exact(&mut body).map_err(|cause| self.unreadable(cause))?;
@@ -98,26 +97,26 @@ impl Records {
     }
 
     fn unreadable(&self, cause: std::io::Error) -> RecordingError {
-        RecordingError::File { act: "read", path: self.path.clone(), cause }
+        RecordingError::File { action: "read", path: self.path.clone(), cause }
     }
 }
 
-/// Refuses opcodes that the format does not define: a sign of a flipped bit.
+/// Refuses opcodes that the format does not define, as they indicate damage.
 ///
 /// # Errors
-/// In words.
-pub fn check_kind(op: u8) -> Result<(), String> {
+/// A description.
+pub fn check_opcode(op: u8) -> Result<(), String> {
     const FIRST_PRIVATE: u8 = 0x80;
     match op {
         op::HEADER..=op::DATA_END | FIRST_PRIVATE.. => Ok(()),
-        _ => Err(format!("there is no record of kind {op:#04x}")),
+        _ => Err(format!("unknown opcode {op:#04x}")),
     }
 }
 
 /// Compares the number of messages read with that in the index.
 ///
 /// # Errors
-/// In words.
+/// A description.
 pub fn check_count(statistics: &mcap::records::Statistics, n_read: u64) -> Result<(), String> {
     if statistics.message_count == n_read {
         return Ok(());
@@ -128,8 +127,8 @@ pub fn check_count(statistics: &mcap::records::Statistics, n_read: u64) -> Resul
 /// The decompressed and checked records of a chunk.
 ///
 /// # Errors
-/// What is wrong with it, in words.
-pub fn unpacked(chunk: &Bytes) -> Result<Bytes, String> {
+/// A description of the damage.
+pub fn decompressed_chunk(chunk: &Bytes) -> Result<Bytes, String> {
     let record = mcap::read::parse_record(op::CHUNK, chunk).map_err(|error| error.to_string())?;
     let Record::Chunk { header, data } = record else { return Err("a chunk without a header".to_owned()) };
     let bytes = decompressed(&header, &data)?;
@@ -140,9 +139,9 @@ pub fn unpacked(chunk: &Bytes) -> Result<Bytes, String> {
 }
 
 fn decompressed(header: &ChunkHeader, data: &[u8]) -> Result<Bytes, String> {
-    if header.uncompressed_size > MOST_RECORD_BYTES {
+    if header.uncompressed_size > MAX_RECORD_BYTES {
         return Err(format!(
-            "it decompresses to {} bytes, more than {MOST_RECORD_BYTES}",
+            "it decompresses to {} bytes, more than {MAX_RECORD_BYTES}",
             header.uncompressed_size
         ));
     }
@@ -160,7 +159,7 @@ fn decompressed(header: &ChunkHeader, data: &[u8]) -> Result<Bytes, String> {
 }
 
 /// The records within a decompressed chunk: opcode, and range of the body.
-pub fn within(chunk: &Bytes) -> impl Iterator<Item = (u8, std::ops::Range<usize>)> + '_ {
+pub fn records_in(chunk: &Bytes) -> impl Iterator<Item = (u8, std::ops::Range<usize>)> + '_ {
     let mut at = 0;
     std::iter::from_fn(move || {
         let head = chunk.get(at..at + OP_AND_LENGTH_BYTES as usize)?;

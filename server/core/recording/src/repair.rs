@@ -1,4 +1,4 @@
-//! Completes an interrupted recording: everything readable, with an index and an end.
+//! Completes an interrupted recording: copies everything readable, and writes an index and an end.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,24 +11,24 @@ use mcap::write::NoSeek;
 
 use crate::error::RecordingError;
 use crate::file::Damage;
-use crate::records::{Next, Records, check_count, check_kind, unpacked, within};
+use crate::records::{Next, Records, check_count, check_opcode, decompressed_chunk, records_in};
 use crate::writer::options;
 
-/// What was kept of an interrupted recording, and what was not.
+/// Result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Repaired {
     /// Messages kept.
     pub n_messages: u64,
-    /// Unreadable parts, which are left out.
-    pub damages: Vec<Damage>,
+    /// Unreadable parts, which were not copied.
+    pub damaged_parts: Vec<Damage>,
     /// Whether the file was already complete.
-    pub was_whole: bool,
+    pub was_complete: bool,
 }
 
 impl Repaired {
-    /// Whether something in the file is missing in the new one.
+    /// Whether data of the file are missing in the new one.
     pub fn is_lossy(&self) -> bool {
-        !self.damages.is_empty()
+        !self.damaged_parts.is_empty()
     }
 }
 
@@ -38,7 +38,7 @@ impl Repaired {
 /// [`RecordingError::NotMcap`], or files that cannot be read or written.
 pub fn repair(from: &Path, to: &Path) -> Result<Repaired, RecordingError> {
     let mut records = Records::open(from)?;
-    let failed = |cause| RecordingError::File { act: "write", path: to.to_owned(), cause };
+    let failed = |cause| RecordingError::File { action: "write", path: to.to_owned(), cause };
     let file = File::create_new(to).map_err(failed)?;
     let mut copy = Copy {
         file: options().create(NoSeek::new(BufWriter::with_capacity(1 << 20, file)))?,
@@ -46,33 +46,33 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, RecordingError> {
         schemas: BTreeMap::new(),
         n_messages: 0,
     };
-    let mut damages = Vec::new();
-    let was_whole = loop {
+    let mut damaged_parts = Vec::new();
+    let was_complete = loop {
         let record = match records.next()? {
             Next::Record(record) => record,
             Next::End => break true,
-            Next::BrokenOff { rest_bytes } => {
+            Next::Truncated { rest_bytes } => {
                 if rest_bytes > 0 {
                     let reason = "the file ends within a record".to_owned();
                     let at_bytes = records.size_bytes() - rest_bytes;
-                    damages.push(Damage { at_bytes, size_bytes: rest_bytes, reason });
+                    damaged_parts.push(Damage { at_bytes, size_bytes: rest_bytes, reason });
                 }
                 break false;
             }
         };
-        let taken = match record.op {
-            op::CHUNK => match unpacked(&record.body) {
-                Ok(chunk) => within(&chunk).try_for_each(|(op, body)| copy.take(op, &chunk.slice(body))),
+        let result = match record.op {
+            op::CHUNK => match decompressed_chunk(&record.body) {
+                Ok(chunk) => records_in(&chunk).try_for_each(|(op, body)| copy.take(op, &chunk.slice(body))),
                 Err(reason) => Err(NotCopied::Unreadable(reason)),
             },
             // Everything after the data is generated again.
             op => copy.take(op, &record.body),
         };
-        match taken {
+        match result {
             Ok(()) => {}
             Err(NotCopied::Unreadable(reason)) => {
                 let size_bytes = record.body.len() as u64;
-                damages.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
+                damaged_parts.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
             }
             Err(NotCopied::Unwritable(error)) => return Err(error.into()),
         }
@@ -81,7 +81,7 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, RecordingError> {
     let out = copy.file.into_inner().into_inner();
     let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
     file.sync_all().map_err(failed)?;
-    Ok(Repaired { n_messages: copy.n_messages, damages, was_whole })
+    Ok(Repaired { n_messages: copy.n_messages, damaged_parts, was_complete })
 }
 
 enum NotCopied {
@@ -105,10 +105,10 @@ struct Copy<W: std::io::Write> {
 
 impl<W: std::io::Write> Copy<W> {
     fn take(&mut self, op: u8, body: &Bytes) -> Result<(), NotCopied> {
-        const TAKEN: [u8; 6] =
+        const COPIED: [u8; 6] =
             [op::METADATA, op::ATTACHMENT, op::SCHEMA, op::CHANNEL, op::MESSAGE, op::STATISTICS];
-        check_kind(op).map_err(NotCopied::Unreadable)?;
-        if !TAKEN.contains(&op) {
+        check_opcode(op).map_err(NotCopied::Unreadable)?;
+        if !COPIED.contains(&op) {
             return Ok(());
         }
         let record =

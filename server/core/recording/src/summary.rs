@@ -1,6 +1,6 @@
 //! Summary of the content of a recording and of what is missing.
 
-use capture::StagePlace;
+use capture::NominalPosition;
 
 use crate::file::RecordingFile;
 use crate::messages::FrameLosses;
@@ -28,13 +28,13 @@ pub struct RecordingSummary {
     pub topics: Vec<TopicCount>,
 }
 
-/// A place where exposures are missing.
+/// A gap in the sequence of exposures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
     /// The previous frame, by index in the file; `None`: before the first.
     pub after_frame: Option<usize>,
     /// Stage position at the end of the gap.
-    pub place: Option<StagePlace>,
+    pub position: Option<NominalPosition>,
     /// Their number, by reason.
     pub lost: FrameLosses,
 }
@@ -59,8 +59,8 @@ impl RecordingFile {
         for (idx, frame) in self.frames.iter().enumerate() {
             lost.add(&frame.note.lost_before);
             if frame.note.lost_before.total() > 0 {
-                let place = frame.note.place.known();
-                gaps.push(Gap { after_frame: idx.checked_sub(1), place, lost: frame.note.lost_before });
+                let position = frame.note.position.known();
+                gaps.push(Gap { after_frame: idx.checked_sub(1), position, lost: frame.note.lost_before });
             }
         }
         if let Some(end) = &self.end {
@@ -84,27 +84,27 @@ impl RecordingFile {
         }
     }
 
-    /// Whether data between its beginning and its end are missing.
+    /// Whether data between its first and last record are missing.
     pub fn is_lossy(&self) -> bool {
         let summary = self.summary();
         summary.lost.total() > 0
             || summary.n_rows_missing > 0
-            || !self.damages.is_empty()
+            || !self.damaged_parts.is_empty()
             || self.end.as_ref().is_some_and(|end| end.n_notes_lost > 0)
     }
 
-    /// The frames of the scan, row by row, each with its position assigned by the scan, and how many rows lack their
-    /// frame. For a recording without a scan, all frames at their own positions.
-    pub fn scan_frames(&self) -> (Vec<(usize, Option<StagePlace>)>, u64) {
+    /// The frames of the scan, row by row, each with its position assigned by the scan, and the number of rows
+    /// without a frame. For a recording without a scan, all frames at their own positions.
+    pub fn scan_frames(&self) -> (Vec<(usize, Option<NominalPosition>)>, u64) {
         if self.rows.is_empty() {
-            return (self.frames.iter().map(|frame| frame.note.place.known()).enumerate().collect(), 0);
+            return (self.frames.iter().map(|frame| frame.note.position.known()).enumerate().collect(), 0);
         }
         let mut rows = self.rows.clone();
         rows.sort_by_key(|row| row.row);
         let by_sequence: std::collections::HashMap<u64, usize> =
             self.frames.iter().enumerate().map(|(idx, frame)| (frame.note.sequence, idx)).collect();
         let found: Vec<_> =
-            rows.iter().filter_map(|row| Some((*by_sequence.get(&row.sequence)?, row.place.known()))).collect();
+            rows.iter().filter_map(|row| Some((*by_sequence.get(&row.sequence)?, row.position.known()))).collect();
         let n_missing = (rows.len() - found.len()) as u64;
         (found, n_missing)
     }

@@ -3,9 +3,9 @@
 /// The topics of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
-    /// Pictures, `foxglove.RawImage`.
+    /// Images, `foxglove.RawImage`.
     Image,
-    /// Data about a picture, `sheaf.Frame`.
+    /// Metadata of an image, `sheaf.Frame`.
     Frame,
     /// Profiles in metres, `foxglove.PointCloud`.
     Profile,
@@ -13,7 +13,7 @@ pub enum Topic {
     Peaks,
     /// State of the stage between frames, `sheaf.Stage`.
     Stage,
-    /// Which frames are the rows of a scan, `sheaf.ScanRow`.
+    /// Frames that are rows of a scan, `sheaf.ScanRow`.
     Row,
     /// Devices and their settings, `sheaf.DeviceSettings`.
     Settings,

@@ -23,7 +23,7 @@ use crate::messages::{
 use crate::params::{CALIBRATION_NAME, CHUNK_BYTES, COMPRESSION_LEVEL, COMPRESSION_THREADS, FORMAT};
 use crate::topics::Topic;
 
-/// Bytes of a profile's point: three coordinates, σ and the order.
+/// Bytes of a point of a profile: three coordinates, σ and the order.
 const POINT_STRIDE: u32 = 17;
 
 /// Writes a recording to `W` without seeking: flushed data is never changed.
@@ -36,7 +36,7 @@ pub struct RecordingWriter<W: Write> {
 }
 
 /// Options of the MCAP files of this crate: chunks are built in memory, so that an interrupted file ends with a
-/// complete one.
+/// complete chunk.
 pub(crate) fn options() -> mcap::WriteOptions {
     mcap::WriteOptions::new()
         .profile("")
@@ -79,13 +79,13 @@ impl<W: Write> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Adds a frame: its picture, exactly as given, and the data about it. `at_ns` is the middle of its exposure, Unix
+    /// Adds a frame: its image, exactly as given, and its metadata. `at_ns` is the middle of its exposure, Unix
     /// time in nanoseconds.
     ///
     /// # Errors
     /// [`RecordingError::Mcap`] if it cannot be written.
     pub fn frame(&mut self, at_ns: u64, note: &FrameNote, image: &GreyImage) -> Result<(), RecordingError> {
-        // Before its picture, for readers in one pass.
+        // Before its image, for readers in one pass.
         self.note(at_ns, note)?;
         frames::encode(image, at_ns, &mut self.message);
         self.put(Topic::Image, at_ns)
@@ -145,7 +145,7 @@ impl<W: Write> RecordingWriter<W> {
         self.put(N::TOPIC, at_ns)
     }
 
-    /// Closes the chunk and flushes it to the operating system: everything added so far survives the end of this
+    /// Closes the chunk and flushes it to the operating system: everything added so far survives a crash of this
     /// process.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Why data cannot be read, and why a scan cannot be evaluated.
+//! Errors of evaluating a scan, and of reading or writing its data.
 
 use std::borrow::Cow;
 use std::io;
@@ -9,7 +9,7 @@ use remedy::Remedy;
 /// Why a scan cannot be evaluated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScanError {
-    /// Nothing to evaluate.
+    /// There is nothing to evaluate.
     #[error("the scan has no frames")]
     NoFrames,
     /// The stage moved, but the calibration has no stage.
@@ -46,7 +46,7 @@ pub enum ScanError {
     },
     /// Lines were switched on one by one in some frames only.
     #[error("frame {frame} does not state which line was on, other frames do")]
-    SomeLitAlone {
+    MissingLitLine {
         /// Index of the frame.
         frame: usize,
     },
@@ -84,7 +84,7 @@ impl Remedy for ScanError {
             Self::BadDepthRange { .. } => "give near < far".into(),
             Self::UnreadableFrame { remedy, .. } => return remedy.as_deref().map(Cow::Borrowed),
             Self::UnknownLine { .. } => "use a calibration of this projector".into(),
-            Self::SomeLitAlone { .. } => "state the line of every frame".into(),
+            Self::MissingLitLine { .. } => "state the line of every frame".into(),
             Self::NoFrames | Self::BadPosition { .. } => return None,
         })
     }
@@ -129,7 +129,7 @@ impl ContentError {
         }
         Self::malformed(
             place(),
-            "the file ends before the records its header promises",
+            "the file ends before all records stated in its header",
             "copy or export the file again; it is truncated or its header is wrong",
         )
     }

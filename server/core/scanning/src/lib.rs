@@ -23,7 +23,7 @@ pub use checks::compare::{Closure, ClosureGap, OrderPair};
 pub use error::{ContentError, ScanError};
 pub use evaluation::Evaluation;
 pub use files::{CloudFormat, FileError, MeshFormat};
-pub use input::exposures::{Exposed, FusionCounts, fuse_exposures};
+pub use input::exposures::{ExposureLines, FusionCounts, fuse_exposures};
 pub use input::frames::{Frames, ScanFrame};
 pub use input::stage_positions::StagePositions;
 pub use mesh::{Mesh, MeshParams, mesh_from_cloud};

@@ -11,13 +11,13 @@ pub struct ScanReport {
     pub n_points: usize,
     /// Segments of lines in the input.
     pub n_segments: usize,
-    /// What was left out, and why.
+    /// Dropped points, by reason.
     pub dropped: Dropped,
-    /// Per frame and segment: the order of most of its points.
+    /// Per frame and segment: the order of its longest labelled piece.
     pub labels: Vec<Vec<Option<i8>>>,
-    /// Agreement of the orders where they have observed the same surface.
+    /// Agreement of pairs of orders on surfaces that both have observed.
     pub self_consistency: Vec<OrderPair>,
-    /// Closure after a full turn; `None` where no place was observed again.
+    /// Closure after a full turn; `None` if no point was observed again.
     pub closure: Option<Closure>,
     /// Depth range in which geometry alone determines the labels.
     pub envelope: DepthEnvelope,

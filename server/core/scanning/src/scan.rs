@@ -1,4 +1,4 @@
-//! A scan: labelled, triangulated, registered, checked.
+//! Evaluation of a scan: labelling, triangulation, registration, checks.
 
 use optics::{Calibration, DepthRangeMm, StagePosition, Triangulator};
 
@@ -106,7 +106,7 @@ fn motions(
     if let Some(frame) = positions.iter().position(|position| !position.value().is_finite()) {
         return Err(ScanError::BadPosition { frame });
     }
-    let Some(stage) = calibration.stage else { return at_one_place(&positions, calibration) };
+    let Some(stage) = calibration.stage else { return motions_without_stage(&positions, calibration) };
     let motion = |(frame, position): (usize, &StagePosition)| {
         FrameMotion::new(&stage, *position, depth_range_mm).ok_or_else(|| ScanError::OtherStage {
             calibration: calibration.id.clone(),
@@ -118,8 +118,11 @@ fn motions(
     positions.iter().enumerate().map(motion).collect()
 }
 
-/// Without a stage the part must not have moved.
-fn at_one_place(positions: &[StagePosition], calibration: &Calibration) -> Result<Vec<FrameMotion>, ScanError> {
+/// Without a calibrated stage the part must not have moved.
+fn motions_without_stage(
+    positions: &[StagePosition],
+    calibration: &Calibration,
+) -> Result<Vec<FrameMotion>, ScanError> {
     let values = positions.iter().map(|position| position.value());
     let low = values.clone().fold(f64::INFINITY, f64::min);
     let high = values.fold(f64::NEG_INFINITY, f64::max);

@@ -1,4 +1,4 @@
-//! Parallel loops that use other threads only where there is enough work: a frame of the live view is labelled in the
+//! Parallel loops that use other threads only if there is enough work: a frame of the live view is labelled in the
 //! calling thread, without waiting for threads that compute a scan.
 
 use rayon::prelude::*;

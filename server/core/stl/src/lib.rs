@@ -1,4 +1,4 @@
-//! STL files, binary and text, read as triangles: three corners each, in the file's unit (millimetres by custom).
+//! Reads STL files, binary and text, as triangles: three corners each, in the unit of the file (by convention mm).
 //! Normals are computed from the corners, not read.
 
 use std::borrow::Cow;
@@ -14,7 +14,7 @@ const BINARY_HEADER: usize = 84;
 /// Bytes of a triangle of a binary file: normal, three corners, attribute.
 const BINARY_TRIANGLE: usize = 50;
 
-/// Why bytes cannot be read as STL.
+/// Why the content cannot be read as STL.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StlError {
     /// Too many triangles.
@@ -54,7 +54,7 @@ pub enum StlError {
 }
 
 impl StlError {
-    /// What a person can do about it.
+    /// The remedy.
     pub fn advice(&self) -> &'static str {
         match self {
             Self::TooMany { .. } => "reduce the mesh",
@@ -92,7 +92,7 @@ fn binary_count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(count.try_into().ok()?) as usize)
 }
 
-/// Binary headers may begin with "solid" too; a text file has its first facet soon.
+/// Binary headers may also begin with "solid", but contain zero bytes.
 fn looks_like_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(1024)];
     start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0)
@@ -117,15 +117,15 @@ fn text(bytes: &[u8], max: usize) -> Result<Vec<Triangle>, StlError> {
     let text = String::from_utf8_lossy(bytes);
     let mut triangles = Vec::new();
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
-    let mut open = false;
+    let mut in_facet = false;
     for (idx, line) in text.lines().enumerate() {
         let wrong =
             |expected| StlError::Syntax { line: idx + 1, expected, found: line.trim().chars().take(40).collect() };
         let mut words = line.split_ascii_whitespace();
         match words.next() {
-            Some("facet") if !open => open = true,
+            Some("facet") if !in_facet => in_facet = true,
             Some("facet") => return Err(wrong("endfacet")),
-            Some("vertex") if open && corners.len() < 3 => {
+            Some("vertex") if in_facet && corners.len() < 3 => {
                 corners.push(corner(words).ok_or_else(|| wrong("three numbers"))?)
             }
             Some("vertex") => return Err(wrong("a facet of three corners")),
@@ -136,13 +136,13 @@ fn text(bytes: &[u8], max: usize) -> Result<Vec<Triangle>, StlError> {
                 }
                 triangles.push(three);
                 corners.clear();
-                open = false;
+                in_facet = false;
             }
             Some("solid" | "outer" | "endloop" | "endsolid") | None => {}
             Some(_) => return Err(wrong("facet, outer loop, vertex, endloop, endfacet or endsolid")),
         }
     }
-    if open {
+    if in_facet {
         let line = text.lines().count();
         return Err(StlError::Syntax { line, expected: "endfacet", found: "the end of the file".to_owned() });
     }
@@ -158,7 +158,7 @@ fn corner<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
 
-    const TETRAHEDRON: [[[f32; 3]; 3]; 2] = [
+    const TWO_TRIANGLES: [[[f32; 3]; 3]; 2] = [
         [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]],
         [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 0.0, 10.0]],
     ];
@@ -188,33 +188,33 @@ mod tests {
     }
 
     #[test]
-    fn both_kinds_of_files_give_the_same_triangles() {
-        let binary = read(&binary_file(&TETRAHEDRON, 2), 9).unwrap();
-        assert_eq!(binary, TETRAHEDRON.map(|triangle| triangle.map(|corner| corner.map(f64::from))));
-        assert_eq!(binary, read(text_file(&TETRAHEDRON).as_bytes(), 9).unwrap());
+    fn binary_and_text_files_give_the_same_triangles() {
+        let binary = read(&binary_file(&TWO_TRIANGLES, 2), 9).unwrap();
+        assert_eq!(binary, TWO_TRIANGLES.map(|triangle| triangle.map(|corner| corner.map(f64::from))));
+        assert_eq!(binary, read(text_file(&TWO_TRIANGLES).as_bytes(), 9).unwrap());
     }
 
     #[test]
-    fn hostile_files_are_refused_by_name() {
-        let whole = binary_file(&TETRAHEDRON, 2);
+    fn damaged_and_oversized_files_are_refused() {
+        let whole = binary_file(&TWO_TRIANGLES, 2);
         assert!(matches!(read(&whole[..150], 9), Err(StlError::WrongLength { count: 2, got_bytes: 150, .. })));
-        assert!(matches!(read(&binary_file(&TETRAHEDRON, 3), 9), Err(StlError::WrongLength { count: 3, .. })));
-        for too_many in [binary_file(&TETRAHEDRON, u32::MAX), binary_file(&[TETRAHEDRON[0]; 10], 10)] {
+        assert!(matches!(read(&binary_file(&TWO_TRIANGLES, 3), 9), Err(StlError::WrongLength { count: 3, .. })));
+        for too_many in [binary_file(&TWO_TRIANGLES, u32::MAX), binary_file(&[TWO_TRIANGLES[0]; 10], 10)] {
             assert!(matches!(read(&too_many, 9), Err(StlError::TooMany { max: 9, .. })));
         }
-        let text_of_ten = text_file(&[TETRAHEDRON[0]; 10]);
+        let text_of_ten = text_file(&[TWO_TRIANGLES[0]; 10]);
         assert!(matches!(read(text_of_ten.as_bytes(), 9), Err(StlError::TooMany { count: 10, max: 9 })));
         assert!(matches!(read(b"P5 3 3", 9), Err(StlError::TooShort { got_bytes: 6 })));
         for (from, to, line) in
             [("vertex 1e1 0", "vertex 1e1", 5), ("endloop", "loop", 7), ("  vertex 0e0 10 0\n", "", 7)]
         {
-            let text = text_file(&TETRAHEDRON).replacen(from, to, 1);
+            let text = text_file(&TWO_TRIANGLES).replacen(from, to, 1);
             assert!(
                 matches!(read(text.as_bytes(), 9), Err(StlError::Syntax { line: at, .. }) if at == line),
                 "{to}: {text}"
             );
         }
-        let cut = text_file(&TETRAHEDRON);
+        let cut = text_file(&TWO_TRIANGLES);
         assert!(matches!(read(&cut.as_bytes()[..200], 9), Err(StlError::Syntax { .. })));
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use capture::{
     CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
-    StageSheet, StageView, params::FORMAT, write_manifest, write_png,
+    StageDescription, StageView, params::FORMAT, write_manifest, write_png,
 };
 use optics::StageKind;
 use rayon::prelude::*;
@@ -236,7 +236,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let shape = &model.shape;
     Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet { kind: capture_kind(shape.stage), ..StageSheet::default() },
+        stage: StageDescription { kind: capture_kind(shape.stage), ..StageDescription::default() },
         background: None,
         camera: CameraFormat {
             width_px: shape.width_px,
@@ -261,7 +261,9 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             .collect(),
         stage_views: (0..)
             .zip(&request.stage_positions)
-            .map(|(idx, &at)| StageView::new(format!("stage/{idx:03}.png"), capture_kind(shape.stage).place(at)))
+            .map(|(idx, &at)| {
+                StageView::new(format!("stage/{idx:03}.png"), capture_kind(shape.stage).position(at))
+            })
             .collect(),
         scans: request.scans.iter().map(|scan| scan_entry(scan, shape.stage)).collect(),
     }
@@ -277,7 +279,7 @@ fn capture_kind(kind: StageKind) -> capture::StageKind {
 
 fn scan_entry(scan: &ScanRequest, stage: StageKind) -> Scan {
     let frame = |idx| {
-        Frame::new(format!("scan-{}/{idx:05}.png", scan.name), capture_kind(stage).place(scan.position(idx)))
+        Frame::new(format!("scan-{}/{idx:05}.png", scan.name), capture_kind(stage).position(scan.position(idx)))
     };
     Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
 }
@@ -293,7 +295,7 @@ fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     }
     let mut scene_idx = request.n_poses;
     for view in &manifest.stage_views {
-        let (path, position) = (view.board.clone(), view.place().value());
+        let (path, position) = (view.board.clone(), view.position().value());
         shots.push(Shot { path, scene_idx, position, light: Light::Ambient });
     }
     scene_idx += usize::from(!manifest.stage_views.is_empty());
@@ -301,7 +303,7 @@ fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
         shots.extend(scan.frames.iter().map(|frame| Shot {
             path: frame.image.clone(),
             scene_idx,
-            position: frame.place().value(),
+            position: frame.position().value(),
             light: Light::Laser,
         }));
     }

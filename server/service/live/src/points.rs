@@ -34,12 +34,12 @@ fn display_points(
     let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::identity);
     let display = move |point: &scanning::ProfilePoint| {
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
-        let [across_u, across_v] = point.seen.normal.map(f64::abs);
-        let along = if across_v >= across_u { point.seen.u_px } else { point.seen.v_px };
+        let [across_u, across_v] = point.centreline.normal.map(f64::abs);
+        let along = if across_v >= across_u { point.centreline.u_px } else { point.centreline.v_px };
         DisplayPoint {
             xyz_mm: [in_part.x, in_part.y, in_part.z],
             order: point.order,
-            intensity: point.seen.intensity,
+            intensity: point.centreline.intensity,
             sigma_mm: point.noise_sigma_mm as f32,
             along_px: along as f32,
         }

@@ -90,7 +90,7 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Mark
                 .filter(|point| point.frame as usize / frames_per_picture == idx)
                 .map(|point| (f64::from(point.u_px), f64::from(point.v_px), point.order))
                 .collect();
-            let caption = format!("{} at {}", frame.image.display(), frame.place());
+            let caption = format!("{} at {}", frame.image.display(), frame.position());
             labelled_picture(capture, &frame.image, None, &labelled, &caption)
         })
         .collect()

@@ -76,14 +76,15 @@ fn triangulation(profiles: &[Profile], triangulator: &Triangulator, n_passes: us
     for profile in profiles {
         for line in profile.points.chunk_by(|a, b| a.order == b.order) {
             let Some(idx) = calibration.orders.iter().position(|order| *order == line[0].order) else { continue };
-            let (u_px, v_px): (Vec<f64>, Vec<f64>) = line.iter().map(|p| (p.seen.u_px, p.seen.v_px)).unzip();
+            let (u_px, v_px): (Vec<f64>, Vec<f64>) =
+                line.iter().map(|p| (p.centreline.u_px, p.centreline.v_px)).unzip();
             for _ in 0..n_passes {
                 let begun = Instant::now();
                 triangulator.triangulate_all(idx, black_box(&u_px), &v_px, black_box(&mut hits));
                 times.push(begun.elapsed().as_secs_f64() * 1e9 / line.len() as f64);
             }
             for (at, point) in line.iter().enumerate() {
-                let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
+                let pixel = Vector2::new(point.centreline.u_px, point.centreline.v_px);
                 let exact = calibration.triangulate(point.order, &pixel, None);
                 let by_tables = Vector3::new(hits.x_mm[at], hits.y_mm[at], hits.z_mm[at]);
                 let apart = exact.map_or(f64::INFINITY, |exact| (exact.hit_in_camera.xyz - by_tables).norm());

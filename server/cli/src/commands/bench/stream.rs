@@ -101,7 +101,7 @@ fn packed(bus: &LiveBus, message_bytes: usize, n_messages: usize) -> Vec<Bytes> 
     let point = |idx: usize| ProfilePoint {
         order: 0,
         hit_in_camera: PointMm::new(Vector3::new(idx as f64 * 0.1, 2.0, 400.0)),
-        seen: CentrelinePoint {
+        centreline: CentrelinePoint {
             u_px: idx as f64,
             v_px: 300.0,
             normal: [0.0, 1.0],

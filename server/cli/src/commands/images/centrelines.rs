@@ -199,24 +199,24 @@ impl ImageResult {
 /// The channel of a capture in colour, in one line.
 pub fn channel_text(capture: &Capture) -> String {
     let laser = capture.laser_channel();
-    if laser.basis == ChannelBasis::GreyPictures { String::new() } else { format!("{laser}\n") }
+    if laser.basis == ChannelBasis::GreyImages { String::new() } else { format!("{laser}\n") }
 }
 
 /// The channel and why it is this one.
 pub fn channel_json(laser: &LaserChannel) -> Value {
-    let (basis, views) = match &laser.basis {
+    let (basis, scores) = match &laser.basis {
         ChannelBasis::Given => ("given", None),
-        ChannelBasis::GreyPictures => ("grey_pictures", None),
-        ChannelBasis::Decided { views, .. } => ("auto", Some(views)),
+        ChannelBasis::GreyImages => ("grey_pictures", None),
+        ChannelBasis::Decided { scores, .. } => ("auto", Some(scores)),
     };
-    let views: Option<Vec<Value>> = views.map(|views| {
-        let view = |view: &ChannelScore| {
-            json!({ "channel": view.channel.name(), "n_laser_points": view.n_laser_points,
-                "n_other_points": view.n_other_points })
+    let scores: Option<Vec<Value>> = scores.map(|scores| {
+        let score = |score: &ChannelScore| {
+            json!({ "channel": score.channel.name(), "n_laser_points": score.n_laser_points,
+                "n_other_points": score.n_other_points })
         };
-        views.iter().map(view).collect()
+        scores.iter().map(score).collect()
     });
-    json!({ "name": laser.channel.name(), "basis": basis, "views": views })
+    json!({ "name": laser.channel.name(), "basis": basis, "views": scores })
 }
 
 fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {

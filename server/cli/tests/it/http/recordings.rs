@@ -96,7 +96,7 @@ fn a_live_view_is_recorded_fetched_in_ranges_and_deleted_with_its_bytes() {
     assert_eq!(bytes.len() as u64, ended["size_bytes"].as_u64().unwrap());
     let recorded = RecordingFile::open(&file).unwrap();
     assert_eq!(recorded.frames.len() as u64, ended["n_frames"].as_u64().unwrap());
-    assert_eq!((recorded.header.name.as_str(), recorded.is_whole), ("morning", true));
+    assert_eq!((recorded.header.name.as_str(), recorded.is_complete), ("morning", true));
     assert!(recorded.frames.last().unwrap().note.sequence >= before_stop, "the newest frames are in it");
     // Exposed is recorded and lost, frame by frame.
     let mut next = recorded.frames[0].note.sequence;

@@ -1,19 +1,20 @@
-//! Quality of a JPEG's compression, from its quantisation table.
+//! Quality of JPEG compression, from the quantisation table.
 
 use std::io::{ErrorKind, Read};
 
 /// Sum of the 64 steps of the luminance table at quality 50 (ITU-T T.81, table K.1).
 const SUM_AT_50: f64 = 3679.0;
 /// Steps in a table.
-const STEPS: usize = 64;
+const N_STEPS: usize = 64;
 /// Markers: start of the image, of quantisation tables, of the compressed data, end of the image.
 const START: u8 = 0xd8;
 const TABLES: u8 = 0xdb;
 const SCAN: u8 = 0xda;
 const END: u8 = 0xd9;
 
-/// Quality of a JPEG file, 1 to 100 as most encoders count it (the Independent JPEG Group's): the one whose luminance
-/// table has the same mean step. Below 25, where steps end at 255, it is too high (15 for 10). `None` if the file ends before its first table or is no JPEG.
+/// Quality of a JPEG file, 1 to 100 on the scale of the Independent JPEG Group: the one whose luminance table has
+/// the same mean step. Below 25, where steps are limited to 255, the estimate is too high (15 for 10). `None` if
+/// the file ends before its first table or is not a JPEG.
 pub fn quality_of(file: &mut impl Read) -> std::io::Result<Option<u8>> {
     match first_table(file) {
         Ok(sum) => Ok(sum.map(quality_of_sum)),
@@ -68,7 +69,7 @@ fn next_marker(file: &mut impl Read) -> std::io::Result<u8> {
 fn sum_of_table(mut segment: &[u8]) -> Option<f64> {
     while let Some((&head, rest)) = segment.split_first() {
         let is_wide = head >> 4 != 0;
-        let (steps, rest) = rest.split_at_checked(if is_wide { 2 * STEPS } else { STEPS })?;
+        let (steps, rest) = rest.split_at_checked(if is_wide { 2 * N_STEPS } else { N_STEPS })?;
         if head & 0xf == 0 {
             let sum = match is_wide {
                 true => steps.chunks_exact(2).map(|step| f64::from(u16::from_be_bytes([step[0], step[1]]))).sum(),
@@ -97,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_quality_is_that_of_the_encoder() {
+    fn the_quality_matches_that_of_the_encoder() {
         for quality in [30, 50, 60, 75, 85, 95, 100] {
             for colour in [ExtendedColorType::L8, ExtendedColorType::Rgb8] {
                 let read = quality_of(&mut &jpeg(quality, colour)[..]).unwrap().unwrap();
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_ends_early_or_is_no_jpeg_has_none() {
+    fn a_file_that_is_truncated_or_not_a_jpeg_has_none() {
         let whole = jpeg(75, ExtendedColorType::L8);
         for n_bytes in [0, 1, 3, 10, 40] {
             assert_eq!(quality_of(&mut &whole[..n_bytes]).unwrap(), None, "{n_bytes}");

@@ -1,4 +1,4 @@
-//! Image files: grey or colour in, grey out, with limits on the size of a file.
+//! Image files: reading of grey and colour images with limits on their size, writing of grey images.
 
 mod jpeg;
 
@@ -36,7 +36,7 @@ pub enum ImageFileError {
         #[source]
         cause: std::io::Error,
     },
-    /// Not an image of a supported format, whatever its name.
+    /// The content is not an image of a supported format; file extensions are ignored.
     #[error("{} is not a PNG, TIFF, BMP or JPEG image", path.display())]
     UnknownFormat {
         /// The file.
@@ -114,16 +114,16 @@ pub struct ImageHeader {
     pub bits: u32,
     /// Whether the file has red, green and blue; they may be equal everywhere.
     pub is_colour: bool,
-    /// Quality of a JPEG's compression, 1–100; `None` if nothing is lost.
+    /// Quality of JPEG compression, 1–100; `None` for lossless formats.
     pub jpeg_quality: Option<u8>,
 }
 
-/// A picture as stored in its file.
+/// An image as stored in its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photograph {
     /// Grey or colour.
-    pub picture: CameraImage,
-    /// Quality of a JPEG's compression, 1–100; `None` if nothing is lost.
+    pub image: CameraImage,
+    /// Quality of JPEG compression, 1–100; `None` for lossless formats.
     pub jpeg_quality: Option<u8>,
 }
 
@@ -133,8 +133,8 @@ pub struct Photograph {
 /// [`ImageFileError`] names the file and the remedy.
 pub fn read_photograph(path: &Path) -> Result<Photograph, ImageFileError> {
     let (format, decoder) = open(path)?;
-    let picture = picture_from_decoder(path, decoder)?;
-    Ok(Photograph { picture, jpeg_quality: jpeg_quality(path, format)? })
+    let image = image_from_decoder(path, decoder)?;
+    Ok(Photograph { image, jpeg_quality: jpeg_quality(path, format)? })
 }
 
 /// Reads any photograph as grey levels; colour is converted to luma ([`Channel::Luma`]).
@@ -142,7 +142,7 @@ pub fn read_photograph(path: &Path) -> Result<Photograph, ImageFileError> {
 /// # Errors
 /// [`ImageFileError`] names the file and the remedy.
 pub fn read_grey_image(path: &Path) -> Result<GreyImage, ImageFileError> {
-    Ok(read_photograph(path)?.picture.channel(Channel::Luma))
+    Ok(read_photograph(path)?.image.channel(Channel::Luma))
 }
 
 /// Reads the header of an image of a capture: exactly 8 or 16 bits.
@@ -204,7 +204,7 @@ pub fn sha256_of(path: &Path) -> Result<String, ImageFileError> {
     }
 }
 
-/// Quality of a JPEG file; one without a readable table counts as the worst.
+/// Quality of a JPEG file; 1 without a readable table.
 fn jpeg_quality(path: &Path, format: ImageFormat) -> Result<Option<u8>, ImageFileError> {
     if format != ImageFormat::Jpeg {
         return Ok(None);
@@ -235,12 +235,12 @@ fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFi
     Ok((format, decoder))
 }
 
-fn picture_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<CameraImage, ImageFileError> {
+fn image_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<CameraImage, ImageFileError> {
     let decoded = DynamicImage::from_decoder(decoder).map_err(|cause| undecodable(path, cause))?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let grey = |pixels| GreyImage::new(width, height, pixels).map(CameraImage::Grey);
     let colour = |pixels| ColourImage::new(width, height, pixels).map(CameraImage::from_colour);
-    let picture = match decoded {
+    let image = match decoded {
         DynamicImage::ImageLuma8(image) => grey(Pixels::Eight(image.into_raw())),
         DynamicImage::ImageLuma16(image) => grey(Pixels::Sixteen(image.into_raw())),
         DynamicImage::ImageLumaA8(image) => grey(Pixels::Eight(image.pixels().map(|p| p.0[0]).collect())),
@@ -255,7 +255,7 @@ fn picture_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<Camer
             return Err(ImageFileError::BitDepth { path: path.to_owned(), kind: format!("{:?}", other.color()) });
         }
     };
-    picture.map_err(|cause| ImageFileError::Empty { path: path.to_owned(), cause })
+    image.map_err(|cause| ImageFileError::Empty { path: path.to_owned(), cause })
 }
 
 fn inaccessible(path: &Path, cause: std::io::Error) -> ImageFileError {

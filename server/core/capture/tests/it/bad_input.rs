@@ -1,6 +1,6 @@
 //! Every kind of damage to a capture folder is refused with the file, the entry and the remedy.
 //!
-//! Not covered: whether the pictures make sense, which the calibration checks.
+//! Not covered: whether the images are plausible, which the calibration checks.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ fn check_text(from: &str, to: &str, expected: &[&str]) {
 }
 
 #[test]
-fn jpeg_images_are_warned_of_with_their_qualities() {
+fn jpeg_images_give_a_warning_with_their_qualities() {
     let mut manifest = valid_manifest();
     manifest["poses"][0]["laser"] = json!("laser/000.jpg");
     manifest["scans"][0]["frames"][0]["image"] = json!("scan/000.jpg");
@@ -119,7 +119,7 @@ fn wrong_values_are_refused_by_entry() {
 }
 
 #[test]
-fn orders_may_fall() {
+fn orders_may_decrease() {
     let folder = folder_with(&manifest_with("/projector/orders", json!([2, 1, 0, -1])));
     Capture::open(folder.path()).unwrap();
 }
@@ -197,7 +197,7 @@ fn an_image_of_another_size_is_refused() {
 }
 
 #[test]
-fn mixed_bit_depths_are_refused_and_pure_16_bit_is_not() {
+fn mixed_bit_depths_are_refused_and_16_bits_throughout_are_accepted() {
     let levels: Vec<u16> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| idx as u16 * 300).collect();
     let deep = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Sixteen(levels)).unwrap();
     let folder = folder_with(&valid_manifest());
@@ -212,9 +212,9 @@ fn mixed_bit_depths_are_refused_and_pure_16_bit_is_not() {
 }
 
 #[test]
-fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
+fn colour_images_are_reduced_to_the_channel_stated_for_the_camera() {
     let red = image::RgbImage::from_pixel(WIDTH_PX as u32, HEIGHT_PX as u32, image::Rgb([200, 10, 30]));
-    // Channel, level of a laser picture, level of a board.
+    // Channel, level of a laser image, level of a board.
     for (channel, laser, board) in
         [("green", 10.0, 10.0), ("red-minus-others", 170.0, 200.0), ("luma", 69.0, 69.0)]
     {
@@ -228,7 +228,7 @@ fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
         let level = |entry, path| capture.image(entry, Path::new(path)).unwrap().at(3, 3);
         assert_eq!(level("poses[0].laser", "laser/000.png"), laser, "{channel}");
         assert_eq!(level("poses[0].board", "board/000.png"), board, "{channel}");
-        // A grey picture has one channel only.
+        // A grey image has only one channel.
         assert_eq!(level("scans[0].frames[0].image", "scan/000.png"), 7.0, "{channel}");
     }
     check_text(
@@ -239,7 +239,7 @@ fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
 }
 
 #[test]
-fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
+fn every_laser_image_has_its_own_background_or_that_of_the_capture() {
     let mut manifest = valid_manifest();
     manifest["background"] = json!("board/001.png");
     manifest["poses"][0]["background"] = json!("off/000.png");
@@ -250,13 +250,13 @@ fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
     put(folder.path(), "scan/000.png", &level(90));
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.warnings, Vec::<String>::new());
-    let pictures = capture.laser_images();
+    let images = capture.laser_images();
     let entries: Vec<_> =
-        pictures.iter().map(|p| (p.entry.as_str(), p.background.as_ref().unwrap().0.as_str())).collect();
+        images.iter().map(|p| (p.entry.as_str(), p.background.as_ref().unwrap().0.as_str())).collect();
     let expected = [("poses[0].laser", "poses[0].background"), ("scans[0].frames[0].image", "background")];
     assert_eq!(entries, expected);
     // 7 − 5 and 90 − 7.
-    let levels: Vec<f32> = pictures.iter().map(|picture| capture.laser_image(picture).unwrap().at(3, 3)).collect();
+    let levels: Vec<f32> = images.iter().map(|image| capture.laser_image(image).unwrap().at(3, 3)).collect();
     assert_eq!(levels, [2.0, 83.0]);
     std::fs::remove_file(folder.path().join("off/000.png")).unwrap();
     let message = refusal(folder.path());
@@ -278,19 +278,15 @@ fn every_format_is_read_by_its_content() {
         red.save_with_format(&path, format).unwrap();
         let photograph = read_photograph(&path).unwrap();
         assert_eq!(photograph.jpeg_quality.is_some(), is_lossy, "{format:?}");
-        assert!((photograph.picture.channel(Channel::Red).at(3, 3) - 200.0).abs() <= tolerance, "{format:?}");
+        assert!((photograph.image.channel(Channel::Red).at(3, 3) - 200.0).abs() <= tolerance, "{format:?}");
         // Luma.
         assert!((read_grey_image(&path).unwrap().at(3, 3) - 69.0).abs() <= tolerance, "{format:?}");
         Capture::open(folder.path()).unwrap();
     }
     for format in [ImageFormat::Png, ImageFormat::Tiff] {
         deep.save_with_format(&path, format).unwrap();
-        let picture = read_photograph(&path).unwrap().picture;
-        assert_eq!(
-            (picture.bit_depth(), picture.channel(Channel::Blue).at(3, 3)),
-            (16, 30.0 * 257.0),
-            "{format:?}"
-        );
+        let image = read_photograph(&path).unwrap().image;
+        assert_eq!((image.bit_depth(), image.channel(Channel::Blue).at(3, 3)), (16, 30.0 * 257.0), "{format:?}");
     }
 }
 
@@ -308,7 +304,7 @@ fn a_truncated_image_is_refused_by_entry_when_it_is_read() {
 }
 
 #[test]
-fn what_is_not_an_image_is_refused() {
+fn a_file_that_is_not_an_image_is_refused() {
     let folder = folder_with(&valid_manifest());
     for bytes in [&b"P5 1 1 255 x"[..], b"", b"\x89PNG\r\n\x1a\n"] {
         std::fs::write(folder.path().join("board/000.png"), bytes).unwrap();
@@ -343,7 +339,7 @@ fn an_unknown_scan_lists_the_known_ones() {
 }
 
 #[test]
-fn a_written_manifest_reads_back_the_same() {
+fn a_written_manifest_is_read_back_unchanged() {
     let folder = folder_with(&valid_manifest());
     let capture = Capture::open(folder.path()).unwrap();
     write_manifest(folder.path(), &capture.manifest).unwrap();
@@ -360,7 +356,7 @@ fn a_manifest_that_could_not_be_read_back_is_not_written() {
 }
 
 #[test]
-fn a_file_is_known_by_its_hash() {
+fn the_hash_of_a_file_is_its_sha_256() {
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("abc");
     std::fs::write(&path, b"abc").unwrap();
@@ -376,7 +372,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_projector_names_the_entry_that_is_missing() {
+fn a_missing_entry_of_the_projector_is_named() {
     check("/projector", json!({}), &["projector.wavelength_nm is missing", "kind \"planes\""]);
     check("/projector", json!({"wavelength_nm": 660}), &["projector.grating_lines_per_mm is missing"]);
     check("/projector", json!({"kind": "planes"}), &["projector.lines is missing", "capture.schema.json"]);
@@ -411,9 +407,9 @@ fn an_impossible_charuco_board_is_refused() {
 }
 
 #[test]
-fn discs_stand_apart() {
+fn discs_must_not_touch() {
     let grid = |kind: &str, diameter_mm: f64| json!({"kind": kind, "columns": 4, "rows": 11, "square_mm": 15, "diameter_mm": diameter_mm});
-    // Those of an asymmetric grid are diagonal neighbours.
+    // Nearest neighbours in an asymmetric grid are diagonal.
     Capture::open(folder_with(&manifest_with("/target", grid("asymmetric_circles", 20.0))).path()).unwrap();
     check("/target", grid("asymmetric_circles", 22.0), &["target.diameter_mm is 22", "neighbouring discs"]);
     check("/target", grid("circles", 15.0), &["target.diameter_mm is 15", "neighbouring discs"]);
@@ -421,14 +417,14 @@ fn discs_stand_apart() {
 }
 
 #[test]
-fn squares_may_have_two_sides() {
+fn squares_may_have_different_sides() {
     let folder = folder_with(&manifest_with("/target/square_mm", json!([12.0, 12.1])));
     let square = Capture::open(folder.path()).unwrap().manifest.target.square_mm();
     assert_eq!((square.x_mm, square.y_mm), (12.0, 12.1));
 }
 
 #[test]
-fn a_stage_names_the_entry_that_is_missing_or_of_the_other_kind() {
+fn a_missing_position_or_one_of_the_other_kind_is_refused_by_entry() {
     let of_stage = |stage: Value, frame: Value| {
         let mut manifest = manifest_with("/scans/0/frames/0", frame);
         manifest["stage"] = stage;

@@ -38,7 +38,7 @@ fn circle_grids_fit_the_schema() {
 }
 
 #[test]
-fn free_lasers_fit_the_schema() {
+fn independent_lasers_fit_the_schema() {
     let manifest = manifest_with("/projector", json!({"kind": "planes", "lines": 2}));
     assert!(schema().is_valid(&manifest));
     let capture = Capture::open(folder_with(&manifest).path()).unwrap();
@@ -46,13 +46,13 @@ fn free_lasers_fit_the_schema() {
 }
 
 #[test]
-fn what_the_reader_writes_fits_the_schema() {
+fn a_written_manifest_fits_the_schema() {
     let capture = Capture::open(folder_with(&valid_manifest()).path()).unwrap();
     assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
 }
 
 #[test]
-fn schema_and_reader_refuse_the_same() {
+fn schema_and_reader_refuse_the_same_manifests() {
     let schema = schema();
     let broken: [(&str, Value); 27] = [
         ("/format", json!("sheaf-capture/2")),
@@ -101,7 +101,7 @@ fn manifest_of_stage(stage: Value) -> Value {
 }
 
 #[test]
-fn a_turntable_states_angles_by_schema_and_reader() {
+fn schema_and_reader_require_angles_for_a_turntable() {
     let mut manifest = manifest_of_stage(json!({"kind": "rotary", "angle_sigma_deg": 0.05}));
     assert!(!schema().is_valid(&manifest), "positions on a turntable");
     refusal(folder_with(&manifest).path());
@@ -109,7 +109,7 @@ fn a_turntable_states_angles_by_schema_and_reader() {
     manifest["scans"][0]["frames"] = json!([{"image": "scan/000.png", "angle_deg": 370.5}]);
     assert!(schema().is_valid(&manifest));
     let capture = Capture::open(folder_with(&manifest).path()).unwrap();
-    assert_eq!(capture.manifest.scans[0].frames[0].place(), capture::StagePlace::AngleDeg(370.5));
+    assert_eq!(capture.manifest.scans[0].frames[0].position(), capture::NominalPosition::AngleDeg(370.5));
     assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
 }
 

@@ -7,7 +7,7 @@ mod descriptors;
 pub use descriptors::{point_cloud_descriptors, raw_image_descriptors};
 pub use prost_types::Timestamp;
 
-/// `foxglove.RawImage`: a picture as delivered by the sensor.
+/// `foxglove.RawImage`: an image as delivered by the sensor.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct RawImage {
     /// Capture time.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use capture::{ChessboardTarget, GratingProjector, StagePlace};
+use capture::{ChessboardTarget, GratingProjector, NominalPosition};
 use recording::{
     DeviceNote, EventNote, FrameLosses, FrameNote, PeakLine, PeaksNote, ProfilePoint, RecordingEnd,
     RecordingHeader, RecordingWriter, RowNote, SettingsNote, StageNote,
@@ -13,7 +13,7 @@ use vision::{GreyImage, Pixels};
 pub const WIDTH_PX: usize = 32;
 pub const HEIGHT_PX: usize = 24;
 pub const N_FRAMES: usize = 6;
-pub const BEGAN_NS: u64 = 1_700_000_000_123_456_789;
+pub const STARTED_AT_NS: u64 = 1_700_000_000_123_456_789;
 pub const CALIBRATION: &[u8] = br#"{"id": "c0ffee"}"#;
 
 /// Frames from this one on are rows of the scan; those before belong to the approach.
@@ -27,7 +27,7 @@ pub fn header() -> RecordingHeader {
         calibration_id: Some("c0ffee".into()),
         software_version: "0.1.0".into(),
         simulated: Some("twin".into()),
-        started_at_ms: (BEGAN_NS / 1_000_000) as i64,
+        started_at_ms: (STARTED_AT_NS / 1_000_000) as i64,
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: 660.0,
@@ -36,12 +36,12 @@ pub fn header() -> RecordingHeader {
             line_direction: Some("columns".into()),
         }
         .into(),
-        stage: capture::StageSheet::default(),
+        stage: capture::StageDescription::default(),
     }
 }
 
-/// Every pixel has a different value in every frame; 16 bits with the high byte in use.
-pub fn picture(idx: usize, bits: u32) -> GreyImage {
+/// Every pixel differs from frame to frame; 16-bit values use the high byte.
+pub fn test_image(idx: usize, bits: u32) -> GreyImage {
     let value = |pixel: usize| (pixel * 7919 + idx * 104_729) as u64;
     let pixels = match bits {
         8 => Pixels::Eight((0..WIDTH_PX * HEIGHT_PX).map(|pixel| value(pixel) as u8).collect()),
@@ -59,7 +59,7 @@ pub fn note(idx: usize) -> FrameNote {
     FrameNote {
         sequence: 100 + idx as u64,
         captured_at_ns: 5_000_000 * idx as u64,
-        place: StagePlace::PositionMm(position_mm(idx) + 0.001).into(),
+        position: NominalPosition::PositionMm(position_mm(idx) + 0.001).into(),
         exposure_us: 812.5,
         laser_on: true,
         lost_before: FrameLosses::default(),
@@ -67,7 +67,7 @@ pub fn note(idx: usize) -> FrameNote {
 }
 
 pub fn at_ns(idx: usize) -> u64 {
-    BEGAN_NS + 33_333_333 * idx as u64
+    STARTED_AT_NS + 33_333_333 * idx as u64
 }
 
 fn device(model: &str) -> DeviceNote {
@@ -87,20 +87,23 @@ pub fn write(path: &Path, bits: u32, lost: impl Fn(usize) -> FrameLosses, finish
     let file = std::fs::File::create(path).unwrap();
     let mut writer = RecordingWriter::create(file, &header(), Some(CALIBRATION)).unwrap();
     let settings = SettingsNote { camera: device("camera"), stage: device("stage"), laser: device("laser") };
-    writer.note(BEGAN_NS, &settings).unwrap();
+    writer.note(STARTED_AT_NS, &settings).unwrap();
     let mut all_lost = FrameLosses::default();
     for idx in 0..N_FRAMES {
-        let stage =
-            StageNote { place: StagePlace::PositionMm(position_mm(idx)).into(), moving: idx > 0, homed: true };
+        let stage = StageNote {
+            position: NominalPosition::PositionMm(position_mm(idx)).into(),
+            moving: idx > 0,
+            homed: true,
+        };
         writer.note(at_ns(idx), &stage).unwrap();
         if idx >= FIRST_ROW {
             let (sequence, row) = (note(idx).sequence, (idx - FIRST_ROW) as u64);
-            let place = StagePlace::PositionMm(position_mm(idx)).into();
-            writer.note(at_ns(idx), &RowNote { sequence, row, place }).unwrap();
+            let position = NominalPosition::PositionMm(position_mm(idx)).into();
+            writer.note(at_ns(idx), &RowNote { sequence, row, position }).unwrap();
         }
         all_lost.add(&lost(idx));
         let note = FrameNote { lost_before: lost(idx), ..note(idx) };
-        writer.frame(at_ns(idx), &note, &picture(idx, bits)).unwrap();
+        writer.frame(at_ns(idx), &note, &test_image(idx, bits)).unwrap();
         let line = PeakLine {
             u_px: vec![1.0, 2.5],
             v_px: vec![3.0, 3.25],
@@ -121,7 +124,7 @@ pub fn write(path: &Path, bits: u32, lost: impl Fn(usize) -> FrameLosses, finish
         writer.finish(&end).unwrap();
     } else {
         writer.flush().unwrap();
-        // Like a process that dies: without index and end.
+        // As after a crash: without index and end.
         std::mem::forget(writer);
     }
 }

@@ -5,20 +5,20 @@ use prost_types::FileDescriptorSet;
 use recording::foxglove::{RawImage, Timestamp, point_cloud_descriptors, raw_image_descriptors};
 
 #[test]
-fn every_file_of_a_set_comes_after_those_it_needs() {
+fn every_file_of_a_set_follows_its_dependencies() {
     for set in [raw_image_descriptors(), point_cloud_descriptors()] {
         let set = FileDescriptorSet::decode(&*set).unwrap();
         for (idx, file) in set.file.iter().enumerate() {
-            for need in &file.dependency {
-                let is_before = set.file[..idx].iter().any(|before| before.name() == need);
-                assert!(is_before, "{} needs {need} before it", file.name());
+            for dependency in &file.dependency {
+                let is_before = set.file[..idx].iter().any(|before| before.name() == dependency);
+                assert!(is_before, "{} needs {dependency} before it", file.name());
             }
         }
     }
 }
 
 #[test]
-fn a_picture_is_encoded_by_the_published_numbers() {
+fn an_image_is_encoded_with_the_published_field_numbers() {
     // Field numbers by hand: timestamp 1, frame_id 7, width 2, height 3, encoding 4, step 5, data 6.
     let image = RawImage {
         timestamp: Some(Timestamp { seconds: 1, nanos: 2 }),

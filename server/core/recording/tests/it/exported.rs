@@ -33,7 +33,7 @@ fn a_recorded_scan_becomes_a_capture_of_its_rows_with_its_calibration() {
         for (row, frame) in scan.frames.iter().enumerate() {
             assert_eq!(frame.position_mm, Some(position_mm(row + FIRST_ROW)), "to the last bit");
             let image = capture.image("frame", &frame.image).unwrap();
-            assert_eq!(image, picture(row + FIRST_ROW, bits));
+            assert_eq!(image, test_image(row + FIRST_ROW, bits));
         }
     }
 }

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod broken;
 mod common;
+mod damaged;
 mod descriptors;
 mod exported;
+mod other_readers;
 mod round_trip;
-mod witness;

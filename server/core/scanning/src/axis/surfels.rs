@@ -1,5 +1,5 @@
-//! Surfels: small pieces of surface as observed in single frames and their neighbours (`docs/maths/turntable.md`, eq.
-//! 12).
+//! Surfels: small planar patches of surface, each observed in a frame and its two neighbours
+//! (`docs/maths/turntable.md`, eq. 12).
 
 use nalgebra::{Matrix3, Vector3};
 use optics::{Calibration, RotaryAxis};
@@ -8,10 +8,10 @@ use vision::LineDirection;
 
 use crate::points::profile::{Profile, ProfilePoint};
 
-/// Largest angle between frames that contribute to one surfel.
-const NEIGHBOUR_MAX_RAD: f64 = 0.3;
+/// Largest angle between consecutive frames of one surfel.
+const MAX_NEIGHBOUR_ANGLE_RAD: f64 = 0.3;
 /// Fewest points of a surfel.
-const POINTS_MIN: usize = 9;
+const MIN_POINTS: usize = 9;
 /// A surfel whose points are farther from their plane than this many times their noise contains an edge.
 const SMOOTH_SIGMAS: f64 = 3.0;
 
@@ -51,7 +51,7 @@ pub fn lines(profiles: &[(Profile, f64, LineDirection)], angles_rad: &[f64], ord
             |((profile, correlation_px, direction), &angle_rad): (&(Profile, f64, LineDirection), &f64)| {
                 let own = profile.points.iter().filter(|point| point.order == *order);
                 let mut points: Vec<(f64, ProfilePoint)> =
-                    own.map(|point| (point.seen.along_across(*direction).0, *point)).collect();
+                    own.map(|point| (point.centreline.along_across(*direction).0, *point)).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 (!points.is_empty()).then_some(LineFrame { angle_rad, points, correlation_px: *correlation_px })
             };
@@ -67,13 +67,16 @@ pub fn surfels(lines: &[Line], calibration: &Calibration, axis: &RotaryAxis) -> 
     let focal_px = calibration.camera.fx_px.min(calibration.camera.fy_px);
     let triples = lines.iter().enumerate().flat_map(|(line, frames)| frames.windows(3).map(move |w| (line, w)));
     let near = |(_, window): &(usize, &[LineFrame])| {
-        window.windows(2).all(|pair| (pair[1].angle_rad - pair[0].angle_rad).abs() < NEIGHBOUR_MAX_RAD)
+        window.windows(2).all(|pair| (pair[1].angle_rad - pair[0].angle_rad).abs() < MAX_NEIGHBOUR_ANGLE_RAD)
     };
     let triples: Vec<(usize, &[LineFrame])> = triples.filter(near).collect();
-    triples.into_par_iter().flat_map_iter(|(line, window)| looks_of(line, window, focal_px, axis)).collect()
+    triples
+        .into_par_iter()
+        .flat_map_iter(|(line, window)| surfels_of_frame(line, window, focal_px, axis))
+        .collect()
 }
 
-fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis) -> Vec<Surfel> {
+fn surfels_of_frame(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis) -> Vec<Surfel> {
     let own = &window[1];
     let step_rad = 0.5 * (window[2].angle_rad - window[0].angle_rad).abs();
     let own_motion = axis.motion(own.angle_rad);
@@ -105,7 +108,7 @@ fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis)
 /// The plane through the points, if they are smooth.
 fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, radius_mm: f64) -> Option<Surfel> {
     let n = near.len() as f64;
-    if near.len() < POINTS_MIN {
+    if near.len() < MIN_POINTS {
         return None;
     }
     let at_mm = near.iter().sum::<Vector3<f64>>() / n;
@@ -116,21 +119,21 @@ fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, ra
     let [thin, short, long] = by_size;
     let rms_mm = (eigen.eigenvalues[thin].max(0.0) / (n - 3.0)).sqrt();
     // Collinear points do not determine the surface across them.
-    let is_piece = eigen.eigenvalues[short] > 0.02 * eigen.eigenvalues[long];
-    if !is_piece || rms_mm > SMOOTH_SIGMAS * noise_mm {
+    let spans_a_plane = eigen.eigenvalues[short] > 0.02 * eigen.eigenvalues[long];
+    if !spans_a_plane || rms_mm > SMOOTH_SIGMAS * noise_mm {
         return None;
     }
     let axis = |idx: usize| eigen.eigenvectors.column(idx).into_owned();
     let normal = if axis(thin).dot(&at_mm) < 0.0 { axis(thin) } else { -axis(thin) };
     let variance = rms_mm.max(0.3 * noise_mm).powi(2) * own.correlation_px.max(1.0);
-    let lean = |idx: usize| axis(idx) * axis(idx).transpose() * (variance / eigen.eigenvalues[idx]);
+    let tilt_covariance = |idx: usize| axis(idx) * axis(idx).transpose() * (variance / eigen.eigenvalues[idx]);
     Some(Surfel {
         line,
         angle_rad: own.angle_rad,
         at_mm,
         normal,
         sigma_mm: (variance / n).sqrt(),
-        normal_covariance: lean(short) + lean(long),
+        normal_covariance: tilt_covariance(short) + tilt_covariance(long),
         radius_mm,
     })
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::input::line_widths::Width;
 use crate::params::{
-    OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_LEAST_POINTS, STEP_LEAST_WIDTHS, STEP_SEEN_SHARE, STEP_SIGMAS,
+    OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_CONFIRMED_SHARE, STEP_MIN_POINTS, STEP_MIN_WIDTHS, STEP_SIGMAS,
     STEP_WINDOW_WIDTHS, WIDTH_WINDOW_WIDTHS,
 };
 
@@ -20,7 +20,7 @@ pub struct RunPoint {
     /// Full width of the line at half its height, px.
     pub width_px: f64,
     /// Whether another order has observed the surface it lies on.
-    pub is_seen: bool,
+    pub is_confirmed: bool,
     /// Whether the lines above and below admit another order.
     pub is_open: bool,
     /// Which label the width of the line fits.
@@ -28,9 +28,9 @@ pub struct RunPoint {
 }
 
 impl RunPoint {
-    /// Whether a second look, the ranks or its width support its label.
+    /// Whether a repeated observation, the ranks or its width support its label.
     pub fn is_held(&self) -> bool {
-        self.is_seen || !self.is_open || self.width == Width::Own
+        self.is_confirmed || !self.is_open || self.width == Width::Own
     }
 
     /// Number of columns in so many line widths.
@@ -41,7 +41,7 @@ impl RunPoint {
 
 /// The stretches of a run, by index, whose label is supported only by continuity: they lie beyond a step, no other
 /// order has observed them, and the ranks admit another label. They include the points smoothed across the step.
-/// Without any second look the longest stretch is kept.
+/// Without any repeated observation the longest stretch is kept.
 pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     let steps = steps(run);
     if steps.is_empty() {
@@ -53,45 +53,45 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     let share = |stretch: &Range<usize>, holds: fn(&RunPoint) -> bool| {
         run[stretch.clone()].iter().filter(|point| holds(point)).count() as f64 / stretch.len().max(1) as f64
     };
-    let is_seen = |stretch: &Range<usize>| share(stretch, |point| point.is_seen) >= STEP_SEEN_SHARE;
+    let is_confirmed = |stretch: &Range<usize>| share(stretch, |point| point.is_confirmed) >= STEP_CONFIRMED_SHARE;
     let longest = stretches.iter().map(Range::len).max().unwrap_or(0);
-    let none_seen = !stretches.iter().any(is_seen);
+    let none_confirmed = !stretches.iter().any(is_confirmed);
     let carried = |stretch: &Range<usize>| {
-        let is_kept = is_seen(stretch) || none_seen && stretch.len() == longest;
+        let is_kept = is_confirmed(stretch) || none_confirmed && stretch.len() == longest;
         !is_kept && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
     };
-    let with_what_is_smoothed = |idx: usize| {
+    let with_smoothed_ends = |idx: usize| {
         let before = idx.checked_sub(1).map_or(0, |before| stretches[before].end);
         before..stretches.get(idx + 1).map_or(run.len(), |next| next.start)
     };
-    (0..stretches.len()).filter(|&idx| carried(&stretches[idx])).map(with_what_is_smoothed).collect()
+    (0..stretches.len()).filter(|&idx| carried(&stretches[idx])).map(with_smoothed_ends).collect()
 }
 
-/// The stretches of a run, by index, that are neither left out nor supported, and not connected to a supported point:
-/// their line was cut at one of their ends, or they are the whole run. `out`: per point, whether it is left out. `cut`:
-/// whether the line continues before and after the run with another label or none.
-pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Range<usize>> {
-    let is_in_question = |idx: usize| !out[idx] && !run[idx].is_held();
-    let mut loose = Vec::new();
+/// The stretches of a run, by index, that are neither rejected nor supported, and not connected to a supported
+/// point: their line was cut at one of their ends, or they are the whole run. `rejected`: per point, whether it is
+/// rejected. `cut`: whether the line continues before and after the run with another label or none.
+pub fn unsupported_stretches(run: &[RunPoint], rejected: &[bool], cut: [bool; 2]) -> Vec<Range<usize>> {
+    let is_unsupported = |idx: usize| !rejected[idx] && !run[idx].is_held();
+    let mut unsupported = Vec::new();
     let mut first = 0;
     while first < run.len() {
-        let end = first + (first..run.len()).take_while(|&idx| is_in_question(idx)).count();
+        let end = first + (first..run.len()).take_while(|&idx| is_unsupported(idx)).count();
         if first < end {
-            let is_cut_before = if first == 0 { cut[0] } else { out[first - 1] };
-            let is_cut_after = if end == run.len() { cut[1] } else { out[end] };
-            let is_alone = first == 0 && end == run.len();
-            if is_cut_before || is_cut_after || is_alone {
-                loose.push(first..end);
+            let is_cut_before = if first == 0 { cut[0] } else { rejected[first - 1] };
+            let is_cut_after = if end == run.len() { cut[1] } else { rejected[end] };
+            let is_whole_run = first == 0 && end == run.len();
+            if is_cut_before || is_cut_after || is_whole_run {
+                unsupported.push(first..end);
             }
         }
         first = end.max(first + 1);
     }
-    loose
+    unsupported
 }
 
 /// The points of a run, by index, whose line width fits another label better, extended along the line by the length
 /// over which widths are averaged. Ranges may overlap.
-pub fn denied_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
+pub fn rejected_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
     let around = |idx: usize| {
         let reach = run[idx].columns(WIDTH_WINDOW_WIDTHS);
         idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())
@@ -109,8 +109,8 @@ fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
         }
         middles.push(middle);
         // The same step is detected as long as one of the two fitted lines crosses it.
-        let shadow = run[middle].columns(STEP_WINDOW_WIDTHS + STEP_BLUR_WIDTHS);
-        heights[middle.saturating_sub(shadow)..(middle + shadow + 1).min(run.len())].fill(0.0);
+        let window = run[middle].columns(STEP_WINDOW_WIDTHS + STEP_BLUR_WIDTHS);
+        heights[middle.saturating_sub(window)..(middle + window + 1).min(run.len())].fill(0.0);
     }
     middles.sort_unstable();
     let mut end = 0;
@@ -123,7 +123,8 @@ fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
     middles.into_iter().map(smoothed).collect()
 }
 
-/// Distance at a point between the lines fitted before and after it, in limits; 0 where one of them has too few points.
+/// Distance at a point between the lines fitted before and after it, relative to the smallest step detected; 0
+/// where one of them has too few points.
 fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
     let (window, blur) = (run[at].columns(STEP_WINDOW_WIDTHS), run[at].columns(STEP_BLUR_WIDTHS));
     let (Some(end), start) = (at.checked_sub(blur / 2), (at + blur.div_ceil(2)).min(run.len())) else {
@@ -131,14 +132,14 @@ fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
     };
     // Both lines have the same length, so that the effect of a bend cancels.
     let n_points = window.min(end).min(run.len() - start);
-    if n_points < STEP_LEAST_POINTS {
+    if n_points < STEP_MIN_POINTS {
         return 0.0;
     }
     let value = |line: &Line| line.across_px + line.slope * (run[at].along_px - line.along_px);
     let variance = |line: &Line| 1.0 / n_points as f64 + (run[at].along_px - line.along_px).powi(2) / line.spread;
     let (before, after) = (Line::through(&run[end - n_points..end]), Line::through(&run[start..start + n_points]));
     let noise_px = run[at].noise_px * (variance(&before) + variance(&after)).sqrt();
-    (value(&before) - value(&after)).abs() / (STEP_LEAST_WIDTHS * run[at].width_px).max(STEP_SIGMAS * noise_px)
+    (value(&before) - value(&after)).abs() / (STEP_MIN_WIDTHS * run[at].width_px).max(STEP_SIGMAS * noise_px)
 }
 
 /// The least-squares line through some points.
@@ -154,13 +155,13 @@ impl Line {
         let n = points.len() as f64;
         let along_px = points.iter().map(|point| point.along_px).sum::<f64>() / n;
         let across_px = points.iter().map(|point| point.across_px).sum::<f64>() / n;
-        let (spread, lean) = points.iter().fold((0.0, 0.0), |(spread, lean), point| {
+        let (spread, covariance) = points.iter().fold((0.0, 0.0), |(spread, covariance), point| {
             let along = point.along_px - along_px;
-            (spread + along * along, lean + along * (point.across_px - across_px))
+            (spread + along * along, covariance + along * (point.across_px - across_px))
         });
         // A single point gives slope zero.
         let spread = f64::max(spread, 1.0);
-        Self { along_px, across_px, slope: lean / spread, spread }
+        Self { along_px, across_px, slope: covariance / spread, spread }
     }
 }
 
@@ -168,15 +169,15 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A run of 200 points with speckle of 0.1 px, observed by another order except in `unseen`, and `height_px` higher
+    /// A run of 200 points with speckle of 0.1 px, observed by another order except in `unconfirmed`, and `height_px` higher
     /// from `from` on.
-    fn run(height_px: f64, from: usize, unseen: Range<usize>) -> Vec<RunPoint> {
+    fn run(height_px: f64, from: usize, unconfirmed: Range<usize>) -> Vec<RunPoint> {
         let point = |idx: usize| RunPoint {
             along_px: idx as f64,
             across_px: 300.0 + 0.02 * idx as f64 + if idx >= from { height_px } else { 0.0 },
             noise_px: 0.1,
             width_px: 5.0,
-            is_seen: !unseen.contains(&idx),
+            is_confirmed: !unconfirmed.contains(&idx),
             is_open: true,
             width: Width::Unclear,
         };
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn points_beyond_a_step_need_a_second_look() {
+    fn points_beyond_a_step_need_a_repeated_observation() {
         let carried = &carried_stretches(&run(1.5, 170, 160..200));
         let [carried] = &carried[..] else { panic!("{carried:?}") };
         assert!((160..=170).contains(&carried.start) && carried.end == 200, "{carried:?}");
@@ -203,33 +204,33 @@ mod tests {
     fn a_stretch_depends_on_its_supported_neighbours_unless_its_line_was_cut() {
         let (inside, at_the_end) = (run(0.0, 0, 60..90), run(0.0, 0, 170..200));
         let nothing = [false; 200];
-        let loose = |run: &[RunPoint], out: &[bool], cut: [bool; 2]| -> Vec<(usize, usize)> {
-            loose_stretches(run, out, cut).iter().map(|stretch| (stretch.start, stretch.end)).collect()
+        let unsupported = |run: &[RunPoint], rejected: &[bool], cut: [bool; 2]| -> Vec<(usize, usize)> {
+            unsupported_stretches(run, rejected, cut).iter().map(|stretch| (stretch.start, stretch.end)).collect()
         };
-        assert_eq!(loose(&inside, &nothing, [true; 2]), []);
-        assert_eq!(loose(&at_the_end, &nothing, [true, false]), []);
-        assert_eq!(loose(&at_the_end, &nothing, [false, true]), [(170, 200)]);
-        let mut out = nothing;
-        out[55..60].fill(true);
-        assert_eq!(loose(&inside, &out, [false; 2]), [(60, 90)]);
-        assert_eq!(loose(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is supported");
+        assert_eq!(unsupported(&inside, &nothing, [true; 2]), []);
+        assert_eq!(unsupported(&at_the_end, &nothing, [true, false]), []);
+        assert_eq!(unsupported(&at_the_end, &nothing, [false, true]), [(170, 200)]);
+        let mut rejected = nothing;
+        rejected[55..60].fill(true);
+        assert_eq!(unsupported(&inside, &rejected, [false; 2]), [(60, 90)]);
+        assert_eq!(unsupported(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is supported");
         let mut ranked = run(0.0, 0, 0..200);
         ranked.iter_mut().for_each(|point| point.is_open = false);
-        assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks support it");
+        assert_eq!(unsupported(&ranked, &nothing, [true; 2]), [], "the ranks support it");
     }
 
     #[test]
-    fn points_whose_width_fits_another_label_are_left_out_over_the_averaging_length() {
+    fn points_whose_width_fits_another_label_are_rejected_over_the_averaging_length() {
         let mut run = run(0.0, 0, 0..200);
         (120..130).for_each(|idx| run[idx].width = Width::Rival);
-        let denied: Vec<usize> = denied_by_width(&run).into_iter().flatten().collect();
-        assert_eq!((denied.iter().min(), denied.iter().max()), (Some(&112), Some(&137)));
+        let rejected: Vec<usize> = rejected_by_width(&run).into_iter().flatten().collect();
+        assert_eq!((rejected.iter().min(), rejected.iter().max()), (Some(&112), Some(&137)));
         run[120].width = Width::Own;
-        assert!(run[120].is_held() && !run[119].is_held(), "119 has no second look");
+        assert!(run[120].is_held() && !run[119].is_held(), "119 was not observed again");
     }
 
     #[test]
-    fn a_bend_is_no_step() {
+    fn a_bend_is_not_a_step() {
         let mut bent = run(0.0, 0, 100..200);
         // A radius of 500 px.
         bent.iter_mut().for_each(|point| point.across_px += 0.001 * (point.along_px - 100.0).powi(2));
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn without_any_second_look_the_longest_stretch_stays() {
+    fn without_any_repeated_observation_the_longest_stretch_is_kept() {
         let carried = &carried_stretches(&run(3.0, 60, 0..200));
         let [carried] = &carried[..] else { panic!("{carried:?}") };
         assert!(carried.start == 0 && (60..=72).contains(&carried.end), "{carried:?}");

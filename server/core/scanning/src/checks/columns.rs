@@ -1,4 +1,4 @@
-//! The labelled lines of one frame, column by column (row by row): which orders they admit between them.
+//! The labelled lines of one frame, column by column (row by row), and the orders that they admit between them.
 
 /// A labelled point of a column: position across the lines in px, order, whether another order has observed its
 /// surface.
@@ -6,12 +6,12 @@
 struct Crossing {
     across_px: f64,
     order: i8,
-    is_seen: bool,
+    is_confirmed: bool,
 }
 
 /// The labelled points of a frame by scan column (row).
 pub struct FrameColumns {
-    /// Orders below and above those of the calibration.
+    /// The order below the lowest and the one above the highest order of the calibration.
     beyond: [i8; 2],
     /// Per column, ascending.
     labelled: Vec<Vec<Crossing>>,
@@ -22,40 +22,40 @@ impl FrameColumns {
     /// another order has observed its surface. `orders`: ascending.
     pub fn new(points: impl Iterator<Item = ((f64, f64, i8), bool)>, orders: &[i8]) -> Self {
         let mut labelled = Vec::new();
-        points.for_each(|((along, across_px, order), is_seen)| {
-            column(&mut labelled, along).push(Crossing { across_px, order, is_seen });
+        points.for_each(|((along, across_px, order), is_confirmed)| {
+            column(&mut labelled, along).push(Crossing { across_px, order, is_confirmed });
         });
         labelled.iter_mut().for_each(|column| column.sort_by(|a, b| a.across_px.total_cmp(&b.across_px)));
         Self { beyond: [orders[0] - 1, orders[orders.len() - 1] + 1], labelled }
     }
 
     /// Whether the labels above and below a labelled point admit another order than its own.
-    pub fn leave_open(&self, along: f64, across: f64) -> bool {
+    pub fn admit_another(&self, along: f64, across: f64) -> bool {
         let [above, below] = self.around(along, across);
         below.order - above.order > 2
     }
 
     /// Whether the labels above and below a position admit this order.
-    pub fn have_room(&self, along: f64, across: f64, order: i8) -> bool {
+    pub fn admit(&self, along: f64, across: f64, order: i8) -> bool {
         let [above, below] = self.around(along, across);
         above.order < order && order < below.order
     }
 
     /// Whether they admit this order alone, and other orders have observed the surfaces of both neighbours.
-    pub fn leave_only(&self, along: f64, across: f64, order: i8) -> bool {
+    pub fn admit_only(&self, along: f64, across: f64, order: i8) -> bool {
         let [above, below] = self.around(along, across);
-        above.order + 1 == order && order + 1 == below.order && above.is_seen && below.is_seen
+        above.order + 1 == order && order + 1 == below.order && above.is_confirmed && below.is_confirmed
     }
 
     /// Whether there is a point of this order at this position.
-    pub fn has(&self, along: f64, across: f64, order: i8) -> bool {
+    pub fn contain(&self, along: f64, across: f64, order: i8) -> bool {
         self.column(along).iter().any(|other| (other.across_px, other.order) == (across, order))
     }
 
     /// The neighbours of a position in its column; beyond the outermost orders there are none.
     fn around(&self, along: f64, across: f64) -> [Crossing; 2] {
         let column = self.column(along);
-        let beyond = self.beyond.map(|order| Crossing { across_px: across, order, is_seen: true });
+        let beyond = self.beyond.map(|order| Crossing { across_px: across, order, is_confirmed: true });
         let above = column.partition_point(|other| other.across_px < across);
         let below = column.partition_point(|other| other.across_px <= across);
         [
@@ -81,7 +81,7 @@ impl LineColumns {
     }
 
     /// Whether a line has a point at this position.
-    pub fn have(&self, along: f64, across: f64) -> bool {
+    pub fn contain(&self, along: f64, across: f64) -> bool {
         self.column(along).contains(&across)
     }
 
@@ -122,18 +122,18 @@ mod tests {
     #[test]
     fn lines_above_and_below_admit_the_orders_between_them() {
         let columns = columns();
-        assert!(columns.have_room(7.0, 200.0, 1) && !columns.have_room(7.0, 200.0, 2));
-        assert!(columns.have_room(7.0, 50.0, -1) && !columns.have_room(7.0, 350.0, 2));
-        assert!(columns.leave_open(7.2, 100.0), "−1 could be above, 1 below");
-        assert!(columns.has(7.0, 100.0, 0) && !columns.has(7.0, 100.0, 1));
+        assert!(columns.admit(7.0, 200.0, 1) && !columns.admit(7.0, 200.0, 2));
+        assert!(columns.admit(7.0, 50.0, -1) && !columns.admit(7.0, 350.0, 2));
+        assert!(columns.admit_another(7.2, 100.0), "−1 could be above, 1 below");
+        assert!(columns.contain(7.0, 100.0, 0) && !columns.contain(7.0, 100.0, 1));
     }
 
     #[test]
     fn only_confirmed_lines_admit_a_single_order() {
         let columns = columns();
-        assert!(columns.leave_only(7.0, 50.0, -1), "beyond the outermost order there is none");
-        assert!(!columns.leave_only(7.0, 200.0, 1), "the surface of order 2 has no second look");
-        assert!(!columns.leave_only(8.0, 200.0, 1), "an empty column");
+        assert!(columns.admit_only(7.0, 50.0, -1), "beyond the outermost order there is none");
+        assert!(!columns.admit_only(7.0, 200.0, 1), "the surface of order 2 was not observed again");
+        assert!(!columns.admit_only(8.0, 200.0, 1), "an empty column");
     }
 
     #[test]
@@ -143,6 +143,6 @@ mod tests {
         assert_eq!(lines.next((12.0, 101.0), -8, 2.5), Some((7.0, 100.0)));
         assert_eq!(lines.next((7.0, 100.0), 4, 2.5), None);
         assert_eq!(lines.next((12.0, 101.0), 8, 2.5), None);
-        assert!(lines.have(13.0, 400.0) && !lines.have(13.0, 101.0));
+        assert!(lines.contain(13.0, 400.0) && !lines.contain(13.0, 101.0));
     }
 }

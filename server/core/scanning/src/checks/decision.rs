@@ -1,28 +1,28 @@
-//! Final decision on the points of a frame, with all surfaces known: rejected points and reinstated points
+//! Final decision on the points of a frame, once all surfaces are known: rejected and reinstated points
 //! (`docs/maths/labelling.md`, "Carried labels" and "Reinstated points").
 
 use vision::Centrelines;
 
-use crate::checks::carried::{RunPoint, carried_stretches, denied_by_width, loose_stretches};
+use crate::checks::carried::{RunPoint, carried_stretches, rejected_by_width, unsupported_stretches};
 use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::{Confirmation, Rivals, neighbours};
 use crate::checks::widths::Widths;
 use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::{LineWidths, Width};
-use crate::params::{COMPARE_STRIDE_PX, RUN_DENIED_SHARE, STUB_WIDTHS, WIDTH_WINDOW_WIDTHS};
+use crate::params::{COMPARE_STRIDE_PX, RUN_REJECTED_SHARE, STUB_WIDTHS, WIDTH_WINDOW_WIDTHS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 
-/// Which points of a frame are dropped, and which are added.
+/// Which points of a frame are rejected, and which are reinstated.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Decision {
-    /// Indices in the profile of the points that are left out, ascending.
-    pub left_out: Vec<u32>,
+    /// Indices in the profile of the rejected points, ascending.
+    pub rejected: Vec<u32>,
     /// How many of them the surfaces of other orders contradict.
     pub n_contradicted: usize,
-    /// Doubtful points that are accepted.
-    pub taken: Vec<ProfilePoint>,
+    /// Doubtful points that are accepted after all.
+    pub reinstated: Vec<ProfilePoint>,
     /// How many of them do not belong to any piece of a line: they were cut out.
     pub n_cut_away: usize,
 }
@@ -30,16 +30,16 @@ pub struct Decision {
 /// Columns without a point that a line may bridge.
 const LINE_GAP_COLUMNS: i64 = 2 * COMPARE_STRIDE_PX as i64;
 
-/// A point that may be kept, with the result of the second look.
+/// A point that may be kept, and whether it was observed again.
 struct CheckedPoint {
     point: ProfilePoint,
     confirmation: Confirmation,
     /// Index in the profile; `None` for a doubtful point.
-    own: Option<u32>,
-    is_out: bool,
+    profile_idx: Option<u32>,
+    is_rejected: bool,
 }
 
-/// Drops points that other surfaces contradict, and accepts doubtful ones that they confirm.
+/// Rejects points that other surfaces contradict, and reinstates doubtful points that they confirm.
 #[derive(Clone, Copy)]
 pub struct PointFilter<'a> {
     profiles: &'a Profiles<'a>,
@@ -55,52 +55,56 @@ impl<'a> PointFilter<'a> {
         Self { profiles, surfaces, widths: Widths { learned: widths, rivals }, rivals }
     }
 
-    /// Which points of frame `frame` are kept. `candidates`: its doubtful points, in the order of a profile.
+    /// Decides which points of frame `frame` are kept. `candidates`: its doubtful points, in the order of a
+    /// profile.
     pub fn decide(&self, profile: &Profile, candidates: &Profile, frame: usize, lines: &Centrelines) -> Decision {
         let contradicted = self.contradicted_points(profile, frame);
         let mut checked = self.checked(&profile.points, frame);
-        let sure = self.columns(&checked);
-        let of_pieces = self.columns_of_pieces(profile, frame, lines);
-        checked.extend(self.candidates(&candidates.points, &sure, &of_pieces, frame));
+        let profile_columns = self.columns(&checked);
+        let line_columns = self.columns_of_pieces(profile, frame, lines);
+        checked.extend(self.candidates(&candidates.points, &profile_columns, &line_columns, frame));
         for &place in &contradicted {
-            checked[place as usize].is_out = true;
+            checked[place as usize].is_rejected = true;
         }
         let along = |checked: &CheckedPoint| self.place(&checked.point).0;
         checked.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
-        self.leave_out_chance(&mut checked);
-        self.leave_out_rivals(&mut checked);
-        // Without any second look in the frame, its absence is no evidence.
+        self.reject_isolated_candidates(&mut checked);
+        self.reject_rivals(&mut checked);
+        // If no point of the frame was observed again, the absence of a repeated observation is no evidence.
         if checked.iter().any(|checked| checked.confirmation == Confirmation::Confirmed) {
-            self.leave_out_unheld(&mut checked, &of_pieces, lines.correlation_px);
+            self.reject_unheld(&mut checked, &line_columns, lines.correlation_px);
         }
-        let mut left_out: Vec<u32> =
-            checked.iter().filter(|checked| checked.is_out).filter_map(|checked| checked.own).collect();
-        left_out.sort_unstable();
-        let taken: Vec<ProfilePoint> = checked
+        let mut rejected: Vec<u32> = checked
             .iter()
-            .filter(|checked| checked.own.is_none() && !checked.is_out)
+            .filter(|checked| checked.is_rejected)
+            .filter_map(|checked| checked.profile_idx)
+            .collect();
+        rejected.sort_unstable();
+        let reinstated: Vec<ProfilePoint> = checked
+            .iter()
+            .filter(|checked| checked.profile_idx.is_none() && !checked.is_rejected)
             .map(|checked| checked.point)
             .collect();
         let is_cut_away = |point: &&ProfilePoint| {
             let (along, across) = self.place(point);
-            !of_pieces.have(along, across)
+            !line_columns.contain(along, across)
         };
         Decision {
-            left_out,
+            rejected,
             n_contradicted: contradicted.len(),
-            n_cut_away: taken.iter().filter(is_cut_away).count(),
-            taken,
+            n_cut_away: reinstated.iter().filter(is_cut_away).count(),
+            reinstated,
         }
     }
 
-    /// The points that the surfaces of other orders contradict, and the short rests of runs of such points.
+    /// The points that the surfaces of other orders contradict; the whole run if most of it is contradicted.
     fn contradicted_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
         let mut contradicted_points = Vec::new();
         let mut first = 0;
         for run in profile.points.chunk_by(|a, b| self.follow(a, b)) {
             let contradicted: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
             let n_contradicted = contradicted.iter().filter(|contradicted| **contradicted).count();
-            let whole_run = n_contradicted as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            let whole_run = n_contradicted as f64 > RUN_REJECTED_SHARE * run.len() as f64;
             let places = (first..).zip(contradicted).filter(|(_, contradicted)| whole_run || *contradicted);
             contradicted_points.extend(places.map(|(place, _)| place));
             first += run.len() as u32;
@@ -110,41 +114,45 @@ impl<'a> PointFilter<'a> {
 
     fn checked(&self, points: &[ProfilePoint], frame: usize) -> Vec<CheckedPoint> {
         let confirmations = self.rivals.confirmations(points, frame);
-        let checked = |((own, point), confirmation): ((u32, &ProfilePoint), Confirmation)| CheckedPoint {
+        let checked = |((idx, point), confirmation): ((u32, &ProfilePoint), Confirmation)| CheckedPoint {
             point: *point,
             confirmation,
-            own: Some(own),
-            is_out: false,
+            profile_idx: Some(idx),
+            is_rejected: false,
         };
         (0..).zip(points).zip(confirmations).map(checked).collect()
     }
 
     /// The candidates whose label is confirmed by other orders without a rival, or whose column admits only their
-    /// label. A point that was cut out may belong to the line beyond the cut, and needs its column. `sure`: the columns
+    /// label. A point that was cut out may belong to the line beyond the cut, and needs its column. `profile_columns`: the columns
     /// of the frame's profile.
     fn candidates(
         &self,
         points: &[ProfilePoint],
-        sure: &FrameColumns,
-        of_pieces: &LineColumns,
+        profile_columns: &FrameColumns,
+        line_columns: &LineColumns,
         frame: usize,
     ) -> Vec<CheckedPoint> {
         let mut candidates = self.checked(points, frame);
-        let mut held_by_width = self.held_by_width(points, sure, of_pieces);
+        let mut held_by_width = self.held_by_width(points, profile_columns, line_columns);
         candidates.retain(|CheckedPoint { point, confirmation, .. }| {
             let (along, across) = self.place(point);
             let by_width = held_by_width.next() == Some(true);
-            let is_held = by_width || *confirmation == Confirmation::Confirmed && of_pieces.have(along, across);
+            let is_held =
+                by_width || *confirmation == Confirmation::Confirmed && line_columns.contain(along, across);
             let fits = match confirmation {
                 Confirmation::Confirmed | Confirmation::Unconfirmed if is_held => {
-                    sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
+                    profile_columns.admit(along, across, point.order)
+                        && !self.rivals.is_rival_confirmed(point, frame)
                 }
-                Confirmation::Confirmed | Confirmation::Unconfirmed => sure.leave_only(along, across, point.order),
+                Confirmation::Confirmed | Confirmation::Unconfirmed => {
+                    profile_columns.admit_only(along, across, point.order)
+                }
                 Confirmation::RivalConfirmed => false,
             };
             fits && !self.surfaces.contradict(point, frame)
         });
-        candidates.iter_mut().for_each(|candidate| candidate.own = None);
+        candidates.iter_mut().for_each(|candidate| candidate.profile_idx = None);
         candidates
     }
 
@@ -153,8 +161,8 @@ impl<'a> PointFilter<'a> {
     fn held_by_width(
         &self,
         points: &[ProfilePoint],
-        sure: &FrameColumns,
-        of_pieces: &LineColumns,
+        profile_columns: &FrameColumns,
+        line_columns: &LineColumns,
     ) -> impl Iterator<Item = bool> {
         let widths = points.chunk_by(|a, b| self.follow(a, b)).flat_map(|run| self.widths.of_run(run, |_| false));
         let fits: Vec<bool> = widths.map(|width| width == Width::Own).collect();
@@ -166,67 +174,76 @@ impl<'a> PointFilter<'a> {
         let holds = move |point: &ProfilePoint| {
             let start = self.place(point);
             let step_px = self.step_px(point);
-            let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.seen.width_px);
-            let is_held =
-                |(along, across)| fitting.has(along, across, point.order) || sure.has(along, across, point.order);
+            let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.centreline.width_px);
+            let is_held = |(along, across)| {
+                fitting.contain(along, across, point.order) || profile_columns.contain(along, across, point.order)
+            };
             [-1, 1].into_iter().all(|direction| {
-                let next = |at: &(f64, f64)| of_pieces.next(*at, direction * LINE_GAP_COLUMNS, step_px);
+                let next = |at: &(f64, f64)| line_columns.next(*at, direction * LINE_GAP_COLUMNS, step_px);
                 let line = std::iter::successors(Some(start), next);
                 line.take_while(|(along, _)| (along - start.0).abs() <= reach_px).all(is_held)
             })
         };
         let is_held = move |(point, fits): (&ProfilePoint, bool)| {
             let (along, across) = self.place(point);
-            fits && of_pieces.have(along, across) && holds(point)
+            fits && line_columns.contain(along, across) && holds(point)
         };
         points.iter().zip(fits).map(is_held)
     }
 
-    /// Leaves out points for which a rival label is confirmed, and the part of their run that cannot be separated from
-    /// them.
-    fn leave_out_rivals(&self, checked: &mut [CheckedPoint]) {
+    /// Rejects points for which a rival label is confirmed, and the part of their run that cannot be separated
+    /// from them.
+    fn reject_rivals(&self, checked: &mut [CheckedPoint]) {
         let (points, confirmations): (Vec<ProfilePoint>, Vec<Confirmation>) =
             checked.iter().map(|checked| (checked.point, checked.confirmation)).unzip();
-        let has_rival = self.rivals.spread(&points, &confirmations);
+        let has_rival = self.rivals.doubtful(&points, &confirmations);
         let mut first = 0;
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let has_rival = &has_rival[first..first + run.len()];
             let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
-            let whole_run = n_rivals as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            let whole_run = n_rivals as f64 > RUN_REJECTED_SHARE * run.len() as f64;
             run.iter_mut()
                 .zip(has_rival)
-                .for_each(|(checked, has_rival)| checked.is_out |= whole_run || *has_rival);
+                .for_each(|(checked, has_rival)| checked.is_rejected |= whole_run || *has_rival);
             first += run.len();
         }
     }
 
-    /// Leaves out points whose label is supported neither by a second look nor by the ranks nor by their line.
-    fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
+    /// Rejects points whose label is supported neither by a repeated observation nor by the ranks nor by their
+    /// line.
+    fn reject_unheld(&self, checked: &mut [CheckedPoint], line_columns: &LineColumns, correlation_px: f64) {
         let columns = self.columns(checked);
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let of_run: Vec<ProfilePoint> = run.iter().map(|checked| checked.point).collect();
             let widths = self.widths.of_run(&of_run, |idx| run[idx].confirmation == Confirmation::Confirmed);
             let point = |(checked, width)| self.run_point(checked, width, &columns, correlation_px);
             let points: Vec<RunPoint> = run.iter().zip(widths).map(point).collect();
-            for idx in denied_by_width(&points).into_iter().flatten() {
-                run[idx].is_out = true;
+            for idx in rejected_by_width(&points).into_iter().flatten() {
+                run[idx].is_rejected = true;
             }
             for idx in carried_stretches(&points).into_iter().flatten() {
-                run[idx].is_out |= !points[idx].is_held();
+                run[idx].is_rejected |= !points[idx].is_held();
             }
-            let out: Vec<bool> = run.iter().map(|checked| checked.is_out).collect();
+            let rejected: Vec<bool> = run.iter().map(|checked| checked.is_rejected).collect();
             let cut = [(&run[0], -1), (&run[run.len() - 1], 1)]
-                .map(|(end, direction)| self.is_cut(end, direction, &columns, of_pieces));
-            for idx in loose_stretches(&points, &out, cut).into_iter().flatten() {
-                run[idx].is_out = true;
+                .map(|(end, direction)| self.is_cut(end, direction, &columns, line_columns));
+            for idx in unsupported_stretches(&points, &rejected, cut).into_iter().flatten() {
+                run[idx].is_rejected = true;
             }
         }
     }
 
     /// Whether a run's line continues beyond its end with another label or none. `direction`: along the line, ±1.
-    fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
-        let next = of_pieces.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, self.step_px(&end.point));
-        next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
+    fn is_cut(
+        &self,
+        end: &CheckedPoint,
+        direction: i64,
+        columns: &FrameColumns,
+        line_columns: &LineColumns,
+    ) -> bool {
+        let next =
+            line_columns.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, self.step_px(&end.point));
+        next.is_some_and(|(along, across)| !columns.contain(along, across, end.point.order))
     }
 
     fn run_point(
@@ -237,14 +254,14 @@ impl<'a> PointFilter<'a> {
         correlation_px: f64,
     ) -> RunPoint {
         let (along_px, across_px) = self.place(&checked.point);
-        let seen = &checked.point.seen;
+        let centreline = &checked.point.centreline;
         RunPoint {
             along_px,
             across_px,
-            noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
-            width_px: f64::from(seen.width_px),
-            is_seen: checked.confirmation == Confirmation::Confirmed,
-            is_open: columns.leave_open(along_px, across_px),
+            noise_px: centreline.sigma_px * correlation_px.max(1.0).sqrt(),
+            width_px: f64::from(centreline.width_px),
+            is_confirmed: checked.confirmation == Confirmation::Confirmed,
+            is_open: columns.admit_another(along_px, across_px),
             width,
         }
     }
@@ -257,11 +274,11 @@ impl<'a> PointFilter<'a> {
         FrameColumns::new(points, &self.profiles.triangulator().calibration().orders)
     }
 
-    /// Positions of a frame's lines, labelled or left out; a labelled line may extend beyond the depth range of points.
+    /// Positions of a frame's lines, labelled or not; a labelled line may extend beyond the depth range of points.
     fn columns_of_pieces(&self, profile: &Profile, frame: usize, lines: &Centrelines) -> LineColumns {
         let labels = &self.profiles.labels;
-        let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
-        let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
+        let uncertain_pieces = labels.uncertain_pieces(frame).flat_map(|piece| piece.points(lines));
+        let points = profile.points.iter().map(|point| &point.centreline).chain(uncertain_pieces);
         LineColumns::new(points.map(|point| point.along_across(lines.direction)))
     }
 
@@ -271,21 +288,21 @@ impl<'a> PointFilter<'a> {
 
     fn step_px(&self, point: &ProfilePoint) -> f64 {
         let labels = &self.profiles.labels;
-        largest_step_px(&point.seen, labels.line_width_px, labels.direction_of(point.order))
+        largest_step_px(&point.centreline, labels.line_width_px, labels.direction_of(point.order))
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
-        self.profiles.labels.along_across(point.order, &point.seen)
+        self.profiles.labels.along_across(point.order, &point.centreline)
     }
 
-    /// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a
-    /// column may leave a chance row of speckles one order, too.
-    fn leave_out_chance(&self, checked: &mut [CheckedPoint]) {
+    /// Rejects candidates that are not connected to a point of the profile, unless other orders confirm them and
+    /// their run is long: a chance row of speckles can also lie where the column admits only one order.
+    fn reject_isolated_candidates(&self, checked: &mut [CheckedPoint]) {
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
-            if run.iter().all(|checked| checked.own.is_none()) {
+            if run.iter().all(|checked| checked.profile_idx.is_none()) {
                 let is_short = (run.len() as f64) < STUB_WIDTHS * self.profiles.labels.line_width_px;
                 run.iter_mut().for_each(|checked| {
-                    checked.is_out |= is_short || checked.confirmation != Confirmation::Confirmed
+                    checked.is_rejected |= is_short || checked.confirmation != Confirmation::Confirmed
                 });
             }
         }

@@ -1,4 +1,5 @@
-//! Checks of labels against the surfaces they form: which points are dropped, which doubtful ones are accepted.
+//! Checks of labels against the surfaces they form: which points are rejected, and which doubtful ones are
+//! reinstated.
 
 pub mod carried;
 pub mod columns;

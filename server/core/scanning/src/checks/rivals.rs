@@ -1,5 +1,5 @@
-//! Comparison of labels with their rivals: on a part one ambiguity interval high, a line lies where its neighbour lay
-//! on the ground (`docs/maths/labelling.md`, "Rivals").
+//! Comparison of labels with their rivals: on a part whose height is one ambiguity interval, a line lies where its
+//! neighbour would lie on the ground (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
 use crate::input::line_step::largest_step_px;
@@ -22,7 +22,8 @@ impl<'a> Rivals<'a> {
         Self { profiles, surfaces }
     }
 
-    /// What other orders confirm for every point; one point in a few columns is tested for its neighbours.
+    /// Whether other orders confirm the label of every point, or a rival; the result of one point applies to its
+    /// neighbours within a few columns.
     pub fn confirmations(&self, points: &[ProfilePoint], frame: usize) -> Vec<Confirmation> {
         let mut confirmations = Vec::with_capacity(points.len());
         let mut last: Option<(i8, i64, Confirmation)> = None;
@@ -39,10 +40,10 @@ impl<'a> Rivals<'a> {
     }
 
     fn confirmation(&self, point: &ProfilePoint, frame: usize) -> Confirmation {
-        let is_seen = |tolerances| self.surfaces.is_seen_again(point, frame, tolerances);
-        if is_seen(CLOSE_TOLERANCES) {
+        let is_confirmed = |tolerances| self.surfaces.is_observed_again(point, frame, tolerances);
+        if is_confirmed(CLOSE_TOLERANCES) {
             Confirmation::Confirmed
-        } else if !is_seen(CONTRADICTION_TOLERANCES) && self.have_seen(point, frame) {
+        } else if !is_confirmed(CONTRADICTION_TOLERANCES) && self.is_rival_confirmed(point, frame) {
             Confirmation::RivalConfirmed
         } else {
             Confirmation::Unconfirmed
@@ -52,7 +53,7 @@ impl<'a> Rivals<'a> {
     /// The other labels that a point could have.
     pub fn labels(&self, point: &ProfilePoint) -> impl Iterator<Item = Label> {
         let triangulator = self.profiles.triangulator();
-        let (u_px, v_px, own) = (point.seen.u_px, point.seen.v_px, point.order);
+        let (u_px, v_px, own) = (point.centreline.u_px, point.centreline.v_px, point.order);
         let orders = triangulator.calibration().orders.iter().enumerate();
         orders
             .filter(move |(_, order)| **order != own)
@@ -64,41 +65,41 @@ impl<'a> Rivals<'a> {
     }
 
     /// Whether another label would put the point on an observed surface.
-    pub fn have_seen(&self, point: &ProfilePoint, frame: usize) -> bool {
+    pub fn is_rival_confirmed(&self, point: &ProfilePoint, frame: usize) -> bool {
         let triangulator = self.profiles.triangulator();
         let orders = triangulator.calibration().orders.iter().enumerate();
         orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
-            let hit = triangulator.hit(order_idx, point.seen.u_px, point.seen.v_px);
+            let hit = triangulator.hit(order_idx, point.centreline.u_px, point.centreline.v_px);
             let rival = ProfilePoint {
                 order,
                 hit_in_camera: hit.in_camera,
-                noise_sigma_mm: hit.noise_sigma_mm(&point.seen.normal, point.seen.sigma_px),
+                noise_sigma_mm: hit.noise_sigma_mm(&point.centreline.normal, point.centreline.sigma_px),
                 ..*point
             };
             self.profiles.depth_range_mm.contains(hit.in_camera.xyz.z)
-                && self.surfaces.is_seen_again(&rival, frame, CONTRADICTION_TOLERANCES)
+                && self.surfaces.is_observed_again(&rival, frame, CONTRADICTION_TOLERANCES)
         })
     }
 
     /// Per point: whether it is doubtful because a rival label is confirmed, within the smoothing length along its
     /// line.
-    pub fn spread(&self, points: &[ProfilePoint], confirmations: &[Confirmation]) -> Vec<bool> {
+    pub fn doubtful(&self, points: &[ProfilePoint], confirmations: &[Confirmation]) -> Vec<bool> {
         let is_doubtful = |confirmation: &Confirmation| *confirmation == Confirmation::RivalConfirmed;
-        let mut spread: Vec<bool> = confirmations.iter().map(is_doubtful).collect();
+        let mut doubtful: Vec<bool> = confirmations.iter().map(is_doubtful).collect();
         for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&confirmations[*idx])) {
-            let reach_px = END_WIDTHS * f64::from(point.seen.width_px);
+            let reach_px = END_WIDTHS * f64::from(point.centreline.width_px);
             let is_near = |other: &ProfilePoint| {
                 other.order == point.order && (self.along(other) - self.along(point)).abs() <= reach_px
             };
             let before = points[..idx].iter().rev().take_while(|other| is_near(other)).count();
             let after = points[idx..].iter().take_while(|other| is_near(other)).count();
-            spread[idx - before..idx + after].fill(true);
+            doubtful[idx - before..idx + after].fill(true);
         }
-        spread
+        doubtful
     }
 
     fn along(&self, point: &ProfilePoint) -> f64 {
-        self.profiles.labels.along_across(point.order, &point.seen).0.round()
+        self.profiles.labels.along_across(point.order, &point.centreline).0.round()
     }
 }
 
@@ -120,8 +121,8 @@ const NEXT_COLUMNS: f64 = 2.0;
 pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, labels: &Labels) -> bool {
     let direction = labels.direction_of(a.order);
     let ((along_a, across_a), (along_b, across_b)) =
-        (a.seen.along_across(direction), b.seen.along_across(direction));
+        (a.centreline.along_across(direction), b.centreline.along_across(direction));
     a.order == b.order
         && (along_a - along_b).abs().round() <= NEXT_COLUMNS
-        && (across_a - across_b).abs() <= largest_step_px(&a.seen, labels.line_width_px, direction)
+        && (across_a - across_b).abs() <= largest_step_px(&a.centreline, labels.line_width_px, direction)
 }

@@ -6,7 +6,8 @@ use crate::error::ScanError;
 use crate::input::frames::in_order;
 use crate::input::line_widths::{Label, LineWidths, Sample, Width};
 use crate::params::{
-    CLOSE_TOLERANCES, WIDTH_DENIED_SEEN_SIGMAS, WIDTH_DENIED_SIGMAS, WIDTH_STRIDE_POINTS, WIDTH_WINDOW_WIDTHS,
+    CLOSE_TOLERANCES, WIDTH_REJECTED_CONFIRMED_SIGMAS, WIDTH_REJECTED_SIGMAS, WIDTH_STRIDE_POINTS,
+    WIDTH_WINDOW_WIDTHS,
 };
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
@@ -22,15 +23,15 @@ pub struct Widths<'a> {
 }
 
 impl Widths<'_> {
-    /// The evidence for every point of a run. `is_seen`: whether another order has observed the surface of a point, by
-    /// index.
-    pub fn of_run(&self, run: &[ProfilePoint], is_seen: impl Fn(usize) -> bool) -> Vec<Width> {
-        let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.seen.width_px)).collect();
+    /// The evidence for every point of a run. `is_confirmed`: whether another order has observed the surface of a
+    /// point, by index.
+    pub fn of_run(&self, run: &[ProfilePoint], is_confirmed: impl Fn(usize) -> bool) -> Vec<Width> {
+        let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.centreline.width_px)).collect();
         let width = |idx: usize| {
             let reach = (WIDTH_WINDOW_WIDTHS * widths_px[idx]).ceil() as usize;
             let near = &widths_px[idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())];
             let own = Label { order: run[idx].order, depth_mm: run[idx].hit_in_camera.xyz.z };
-            let limit = if is_seen(idx) { WIDTH_DENIED_SEEN_SIGMAS } else { WIDTH_DENIED_SIGMAS };
+            let limit = if is_confirmed(idx) { WIDTH_REJECTED_CONFIRMED_SIGMAS } else { WIDTH_REJECTED_SIGMAS };
             let width_px = median(&mut near.to_vec());
             width_px.map_or(Width::Unclear, |px| self.learned.fit(px, own, self.rivals.labels(&run[idx]), limit))
         };
@@ -38,7 +39,7 @@ impl Widths<'_> {
     }
 }
 
-/// Learns line widths from points whose label other orders confirm.
+/// Fits the model of line widths to points whose label other orders confirm.
 ///
 /// # Errors
 /// [`ScanError::UnreadableFrame`].
@@ -46,10 +47,10 @@ pub fn learned(profiles: &Profiles, surfaces: &Surfaces) -> Result<LineWidths, S
     let of_frame = |frame: usize| -> Result<Vec<Sample>, ScanError> {
         let profile = profiles.of(frame)?;
         let points = profile.points.iter().step_by(WIDTH_STRIDE_POINTS);
-        let seen_again = points.filter(|point| surfaces.is_seen_again(point, frame, CLOSE_TOLERANCES));
+        let seen_again = points.filter(|point| surfaces.is_observed_again(point, frame, CLOSE_TOLERANCES));
         let sample = seen_again.map(|point| Sample {
             label: Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z },
-            log_width: f64::from(point.seen.width_px).ln(),
+            log_width: f64::from(point.centreline.width_px).ln(),
         });
         Ok(sample.collect())
     };

@@ -30,7 +30,7 @@ pub struct Evaluation<'a> {
     /// Comments for the header of the cloud; the software adds its own name and version.
     pub comments: Vec<String>,
     profiles: Profiles<'a>,
-    /// Per frame: which points of its profile are left out, and which doubtful ones are accepted.
+    /// Per frame: which points of its profile are rejected, and which doubtful ones are reinstated.
     decisions: Vec<Decision>,
     /// Systematic σ of each order, over the pixels where it was observed.
     tables: Vec<(i8, SigmaTable)>,
@@ -39,19 +39,19 @@ pub struct Evaluation<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Leaves out points contradicted by other orders, with rival labels, or without support, accepts doubtful points
-    /// that are confirmed, and compiles the report.
+    /// Rejects points that are contradicted by other orders, have a confirmed rival label, or lack support;
+    /// reinstates doubtful points that are confirmed; and compiles the report.
     pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
         let calibration = profiles.calibration;
         let mut orders = calibration.orders.clone();
         orders.sort_unstable();
-        let mut sum = Checks::new(orders.len());
+        let mut sum = ScanTotals::new(orders.len());
         let n_frames = profiles.frames.n_frames();
         let widths = surfaces.as_ref().map(|surfaces| widths::learned(&profiles, surfaces)).transpose()?;
-        // Certain labels need no rivals.
+        // Given labels have no rivals.
         let filter = surfaces.as_ref().zip(widths.as_ref()).filter(|_| !profiles.labels.are_certain);
         let filter = filter.map(|(surfaces, widths)| PointFilter::new(&profiles, surfaces, widths));
-        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
+        let check = |frame| CheckedFrame::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
         in_order(n_frames, check, |checked| {
             sum.add(checked);
             Ok(())
@@ -67,12 +67,12 @@ impl<'a> Evaluation<'a> {
         };
         let tables = sigma_tables(calibration, &sum.bounds);
         let stage_uncertainty = calibration.stage_uncertainty();
-        let mut made =
+        let mut evaluation =
             Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables, stage_uncertainty };
-        let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
-        made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
-        made.comments.extend(made.stage_positions().comments());
-        Ok(made)
+        let line_sigma_mm = evaluation.line_sigma_mm(&sum.n_points)?;
+        evaluation.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
+        evaluation.comments.extend(evaluation.stage_positions().comments());
+        Ok(evaluation)
     }
 
     /// Passes the points of the cloud to `take`, frame by frame: ordered by frame, then order, then along the line. May
@@ -99,8 +99,8 @@ impl<'a> Evaluation<'a> {
             let points = self.kept(&*self.profiles.of(frame)?, frame);
             Ok(work(frame, &points, &self.motion(frame), self.profiles.frames.position(frame).value()))
         };
-        in_order(self.profiles.frames.n_frames(), of_frame, |made| {
-            take(made);
+        in_order(self.profiles.frames.n_frames(), of_frame, |result| {
+            take(result);
             Ok(())
         })
     }
@@ -144,17 +144,17 @@ impl<'a> Evaluation<'a> {
         let calibration = self.profiles.calibration;
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
         let table = self.tables.iter().find(|(order, _)| *order == point.order);
-        let systematic =
-            table.map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.seen.u_px, point.seen.v_px));
+        let systematic = table
+            .map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.centreline.u_px, point.centreline.v_px));
         CloudPoint {
             x_mm: in_part.x,
             y_mm: in_part.y,
             z_mm: in_part.z,
             order: point.order,
             frame: frame as u32,
-            u_px: point.seen.u_px as f32,
-            v_px: point.seen.v_px as f32,
-            intensity: point.seen.intensity,
+            u_px: point.centreline.u_px as f32,
+            v_px: point.centreline.v_px as f32,
+            intensity: point.centreline.intensity,
             sigma_mm: point.noise_sigma_mm.hypot(systematic).hypot(spread.sigma_mm(&point.hit_in_camera)) as f32,
         }
     }
@@ -190,22 +190,23 @@ impl<'a> Evaluation<'a> {
     }
 }
 
-/// What is decided to stay of a frame, by order, then along the line.
+/// The points of a frame that are kept, sorted by order, then along the line.
 fn kept(profile: &Profile, decision: &Decision, labels: &Labels) -> Vec<ProfilePoint> {
-    let mut left_out = decision.left_out.iter().copied().peekable();
-    let stays = |(idx, _): &(u32, &ProfilePoint)| left_out.next_if_eq(idx).is_none();
-    let own = (0..).zip(&profile.points).filter(stays).map(|(_, point)| point);
-    let mut points: Vec<ProfilePoint> = own.chain(&decision.taken).copied().collect();
-    let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
+    let mut rejected = decision.rejected.iter().copied().peekable();
+    let is_kept = |(idx, _): &(u32, &ProfilePoint)| rejected.next_if_eq(idx).is_none();
+    let own = (0..).zip(&profile.points).filter(is_kept).map(|(_, point)| point);
+    let mut points: Vec<ProfilePoint> = own.chain(&decision.reinstated).copied().collect();
+    let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
     points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     points
 }
 
 /// Thickness of the light sheet at a point, one σ along its normal.
 fn thickness_mm(point: &ProfilePoint, calibration: &Calibration) -> Option<f64> {
-    let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
+    let pixel = Vector2::new(point.centreline.u_px, point.centreline.v_px);
     let hit = calibration.triangulate(point.order, &pixel, None)?;
-    let along_ray_mm = hit.noise_sigma_mm(&point.seen.normal, f64::from(point.seen.width_px) / FWHM_PER_SIGMA);
+    let along_ray_mm =
+        hit.noise_sigma_mm(&point.centreline.normal, f64::from(point.centreline.width_px) / FWHM_PER_SIGMA);
     Some(along_ray_mm * hit.hit.normal.dot(&hit.ray).abs() / hit.ray.norm())
 }
 
@@ -238,7 +239,7 @@ fn widened(bounds: Option<Bounds>, low: [f64; 2], high: [f64; 2]) -> Bounds {
 }
 
 /// A frame after the check.
-struct Checked {
+struct CheckedFrame {
     decision: Decision,
     n_points: usize,
     n_segments: usize,
@@ -250,7 +251,7 @@ struct Checked {
     closure: ClosurePairs,
 }
 
-impl Checked {
+impl CheckedFrame {
     fn new(
         profiles: &Profiles,
         frame: usize,
@@ -268,12 +269,12 @@ impl Checked {
         let points = kept(&profile, &decision, &profiles.labels);
         let mut dropped = profile.dropped;
         dropped.add_points(DropReason::Contradicted, decision.n_contradicted);
-        dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_contradicted);
-        dropped.take_back(DropReason::TooShort, decision.n_cut_away);
-        dropped.take_back(DropReason::Doubtful, decision.taken.len() - decision.n_cut_away);
+        dropped.add_points(DropReason::Doubtful, decision.rejected.len() - decision.n_contradicted);
+        dropped.subtract_points(DropReason::TooShort, decision.n_cut_away);
+        dropped.subtract_points(DropReason::Doubtful, decision.reinstated.len() - decision.n_cut_away);
         let mut bounds = BTreeMap::new();
         for point in &points {
-            let at = [point.seen.u_px, point.seen.v_px];
+            let at = [point.centreline.u_px, point.centreline.v_px];
             bounds.insert(point.order, widened(bounds.get(&point.order).copied(), at, at));
         }
         let totals = surfaces.map_or_else(Vec::new, |surfaces| surfaces.differences_of(&points, frame, orders));
@@ -293,7 +294,7 @@ impl Checked {
 }
 
 /// All frames after the check.
-struct Checks {
+struct ScanTotals {
     decisions: Vec<Decision>,
     n_points: Vec<usize>,
     n_segments: usize,
@@ -305,7 +306,7 @@ struct Checks {
     closure: ClosurePairs,
 }
 
-impl Checks {
+impl ScanTotals {
     fn new(n_orders: usize) -> Self {
         Self {
             decisions: Vec::new(),
@@ -320,7 +321,7 @@ impl Checks {
         }
     }
 
-    fn add(&mut self, frame: Checked) {
+    fn add(&mut self, frame: CheckedFrame) {
         self.decisions.push(frame.decision);
         self.n_points.push(frame.n_points);
         self.n_segments += frame.n_segments;

@@ -22,7 +22,7 @@ use crate::scan::{ScanParams, evaluate_keeping, scan_cloud};
 /// Enough frames for several windows and batches.
 const N_FRAMES: usize = 90;
 
-/// A scan with a stationary reflection, so that points are left out for every reason that involves other frames.
+/// A scan with a stationary reflection, so that points are dropped for every reason that involves other frames.
 fn frames(scan: &SyntheticScan) -> Vec<ScanFrame> {
     let ghost = |mut frame: ScanFrame| {
         let line = &frame.centrelines.segments[2].points;
@@ -51,11 +51,11 @@ fn written(frames: &[ScanFrame], folder: &Path) -> PeaksFile {
 fn evaluated(frames: &dyn Frames, scan: &SyntheticScan, keep_points: usize) -> (Cloud, ScanReport) {
     let evaluation = evaluate_keeping(frames, &scan.calibration, &ScanParams::default(), keep_points).unwrap();
     let mut points = Vec::new();
-    let taken = evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
+    let result = evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
         points.extend_from_slice(of_frame);
         Ok(())
     });
-    taken.unwrap();
+    result.unwrap();
     (Cloud { points, comments: evaluation.comments }, evaluation.report)
 }
 
@@ -90,7 +90,7 @@ fn points_written_in_pieces_give_the_bytes_of_the_whole_cloud() {
 }
 
 #[test]
-fn a_file_whose_points_end_early_is_not_left_behind() {
+fn a_file_with_too_few_points_is_removed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.ply");
     let short = write_cloud_in_pieces(&path, CloudFormat::Ply, &[], 2, |_| Ok::<(), FileError>(())).unwrap_err();
@@ -99,7 +99,7 @@ fn a_file_whose_points_end_early_is_not_left_behind() {
 }
 
 #[test]
-fn a_file_of_peaks_that_is_cut_or_damaged_is_not_opened() {
+fn a_truncated_or_damaged_peaks_file_is_not_opened() {
     let scan = SyntheticScan::new(3, 50);
     let folder = tempfile::tempdir().unwrap();
     let file = written(&frames(&scan)[..3], folder.path());

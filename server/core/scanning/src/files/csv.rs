@@ -84,7 +84,7 @@ fn values_of(line: &str, line_number: u64, slots: &[Option<usize>]) -> Result<[f
             ContentError::malformed(
                 format!("line {line_number}"),
                 format!("`{cell}` in column `{}` is not a number", COLUMNS[*field]),
-                "write numbers with a point as decimal mark",
+                "write numbers with a decimal point",
             )
         })?;
     }

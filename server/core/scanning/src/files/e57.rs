@@ -1,8 +1,8 @@
 //! Clouds as E57 (ASTM E2807).
 //!
-//! Stored: positions (metres, float64: the conversion from millimetres costs one unit in the last place), intensity,
-//! the comments (in the scan's description). The other columns are attributes of the extension `sheaf`, which other
-//! programs ignore as the standard requires. Nothing is lost when this reader reads the file.
+//! Stored: positions (metres, float64: the conversion from millimetres costs one unit in the last place),
+//! intensity, the comments (in the scan's description). The other columns are attributes of the extension `sheaf`,
+//! which other programs ignore as the standard requires; this reader restores all of them.
 
 use std::io::{BufRead, Read, Seek, Write};
 
@@ -15,7 +15,8 @@ const NAMESPACE: &str = "sheaf";
 const NAMESPACE_URL: &str = "https://sheaf.invalid/e57/1";
 const MM_PER_METRE: f64 = 1000.0;
 
-/// Writes a whole file; its header holds offsets that are known only at the end. `points` is iterated twice.
+/// Writes a whole file at once: its header holds offsets that are known only at the end. `points` is iterated
+/// twice.
 pub(super) fn write<P>(
     out: impl Read + Write + Seek,
     comments: &[String],
@@ -86,15 +87,15 @@ fn content_guid(
     points: impl Iterator<Item = Result<CloudPoint, ContentError>>,
 ) -> Result<String, ContentError> {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
-    let mut eat = |bytes: &[u8]| {
+    let mut update = |bytes: &[u8]| {
         for byte in bytes {
             hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
     };
     for point in points {
-        eat(&super::ply::vertex_bytes(&point?));
+        update(&super::ply::vertex_bytes(&point?));
     }
-    comments.iter().for_each(|comment| eat(comment.as_bytes()));
+    comments.iter().for_each(|comment| update(comment.as_bytes()));
     Ok(format!("sheaf-{hash:016x}"))
 }
 
@@ -102,7 +103,11 @@ pub(super) fn read(input: impl BufRead + Seek) -> Result<Cloud, ContentError> {
     let mut file = E57Reader::new(input).map_err(unreadable)?;
     let scans = file.pointclouds();
     let Some(scan) = scans.first() else {
-        return Err(ContentError::malformed("file", "there is no scan inside", "export the file with its points"));
+        return Err(ContentError::malformed(
+            "file",
+            "the file contains no scan",
+            "export the file with its points",
+        ));
     };
     let slots: Vec<Option<usize>> = scan
         .prototype

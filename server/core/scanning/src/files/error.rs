@@ -56,7 +56,7 @@ impl Remedy for FileError {
         Some(match self {
             Self::UnknownFormat { known, .. } => format!("use one of {known}").into(),
             Self::Read { .. } => "check that it exists and may be opened".into(),
-            Self::Write { .. } => "check that the folder exists, may be written to and has room".into(),
+            Self::Write { .. } => "check that the folder exists, may be written to and has free space".into(),
             Self::Malformed { remedy, .. } => (*remedy).into(),
         })
     }

@@ -1,7 +1,7 @@
 //! Meshes as GLB, the binary container of glTF 2.0.
 //!
-//! glTF is in metres with y up; the part frame is in millimetres with y down.
-//! Positions are stored as metres (float32: 0.03 µm at 400 mm), and the one node carries half a turn about x.
+//! glTF is in metres with y up; the part frame is in millimetres with y down. Positions are stored as metres
+//! (float32: 0.03 µm at 400 mm), and the only node rotates them by 180° about x.
 
 use std::io::{BufRead, Read, Write};
 
@@ -152,7 +152,7 @@ fn words<const N: usize>(input: &mut impl Read, place: &str) -> Result<[u32; N],
 fn chunk(input: &mut impl Read, kind: u32) -> Result<Vec<u8>, ContentError> {
     let [length, found] = words(input, "chunk header")?;
     if found != kind {
-        return Err(problem("chunk header", "JSON and binary chunk do not follow each other"));
+        return Err(problem("chunk header", "expected a JSON chunk followed by a binary chunk"));
     }
     let mut bytes = Vec::new();
     input.take(length.into()).read_to_end(&mut bytes)?;

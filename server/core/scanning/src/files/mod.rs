@@ -13,8 +13,8 @@
 //!
 //! [`peaks`] stores the input of a scan.
 //!
-//! Writing to a path is atomic: the bytes go to a hidden temporary file, which is synced and renamed. Readers do not
-//! trust counts in headers: memory grows with the bytes actually read.
+//! Writing to a path is atomic: the bytes go to a hidden temporary file, which is synced and renamed. Counts in
+//! headers are not trusted: memory grows with the bytes actually read.
 
 mod csv;
 mod e57;
@@ -51,7 +51,7 @@ const MAX_LINE_BYTES: u64 = 16 << 20;
 /// The formats a cloud can be written in and read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CloudFormat {
-    /// Polygon File Format, binary little endian; the product's own cloud format.
+    /// Polygon File Format, binary little endian; the native cloud format.
     Ply,
     /// Comma-separated text with `#` comments.
     Csv,
@@ -279,10 +279,10 @@ fn trusted_capacity(count: u64) -> usize {
     count.min(MAX_TRUSTED_COUNT) as usize
 }
 
-/// Appends one of the `promised` records without reserving memory for more than that.
-fn push<T>(records: &mut Vec<T>, record: T, promised: u64) {
+/// Appends one of `n_records` records without reserving memory for more.
+fn push<T>(records: &mut Vec<T>, record: T, n_records: u64) {
     if records.len() == records.capacity() {
-        let missing = promised.saturating_sub(records.len() as u64).max(1);
+        let missing = n_records.saturating_sub(records.len() as u64).max(1);
         records.reserve_exact(records.len().max(1).min(missing as usize));
     }
     records.push(record);
@@ -304,8 +304,8 @@ fn header_line(input: &mut impl BufRead, line_number: &mut u64) -> Result<Option
     if bytes.len() as u64 == MAX_LINE_BYTES {
         return Err(ContentError::malformed(
             format!("line {line_number}"),
-            "line without an end",
-            "check that the file is what its extension says",
+            "the line is too long",
+            "check that the content matches the file extension",
         ));
     }
     while matches!(bytes.last(), Some(b'\n' | b'\r')) {
@@ -315,12 +315,12 @@ fn header_line(input: &mut impl BufRead, line_number: &mut u64) -> Result<Option
         ContentError::malformed(
             format!("line {line_number}"),
             "text is not UTF-8",
-            "check that the file is what its extension says",
+            "check that the content matches the file extension",
         )
     })
 }
 
-/// The numeric fields of a point, as every table-like format holds them.
+/// The numeric fields of a point in tabular formats.
 const FIELDS: [&str; 9] = ["x", "y", "z", "order", "frame", "u", "v", "intensity", "sigma_mm"];
 
 /// Builds a point from values in the order of [`FIELDS`].
@@ -329,7 +329,7 @@ fn point_from_fields(values: &[f64; 9], place: impl Fn() -> String) -> Result<Cl
         return Err(ContentError::malformed(
             place(),
             "a value is not a finite number",
-            "remove points without a position before handing the file over",
+            "remove points without a position from the file",
         ));
     }
     let (order, frame) = (values[3], values[4]);

@@ -112,7 +112,7 @@ fn columns_of(header: &Header) -> Result<Vec<Column>, ContentError> {
         return Err(problem("FIELDS, SIZE, TYPE and COUNT differ in length".into()));
     }
     if !matches!(header.encoding.as_str(), "ascii" | "binary") {
-        return Err(problem(format!("encoding `{}` is not read here", header.encoding)));
+        return Err(problem(format!("unsupported encoding `{}`", header.encoding)));
     }
     let mut columns = Vec::new();
     let mut row_bytes = 0usize;
@@ -156,7 +156,7 @@ fn number(kind: char, le: &[u8]) -> f64 {
         ('F', _) => f64::from_bits(unsigned),
         ('U', _) => unsigned as f64,
         (_, size) => {
-            // Shift the sign bit up and back down again.
+            // Sign extension.
             let unused = 64 - 8 * size as u32;
             ((unsigned << unused) as i64 >> unused) as f64
         }

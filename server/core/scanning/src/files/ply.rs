@@ -1,4 +1,4 @@
-//! PLY, the product's own cloud format (`sheaf-capture/1`), and meshes in the same container.
+//! PLY: the native cloud format (`sheaf-capture/1`), and meshes.
 
 use std::io::{BufRead, Write};
 

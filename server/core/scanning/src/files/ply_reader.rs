@@ -1,4 +1,4 @@
-//! A small reader for any PLY file: ASCII or binary of either byte order, elements read in sequence.
+//! Reader for any PLY file: ASCII or binary of either byte order, elements read in sequence.
 
 use std::io::BufRead;
 
@@ -77,7 +77,7 @@ pub(super) struct Property {
     count: Option<Number>,
 }
 
-/// A table of the file.
+/// An element of the file: a table with one row per vertex, face, …
 #[derive(Debug, Clone)]
 pub(super) struct Element {
     name: String,
@@ -269,7 +269,7 @@ impl<R: BufRead> PlyReader<R> {
             ContentError::malformed(
                 format!("line {} ({})", self.line_number, place()),
                 format!("`{word}` is not a number"),
-                "export the file again with a point as decimal mark",
+                "export the file again with a decimal point",
             )
         })
     }

@@ -1,4 +1,5 @@
-//! Meshes as STL, mm: written binary (float32, one normal and three corners per triangle), read binary or as text.
+//! Meshes as STL, mm: written as binary (float32, one normal and three corners per triangle), read as binary or
+//! ASCII.
 
 use std::collections::HashMap;
 use std::io::{BufRead, Write};
@@ -6,17 +7,17 @@ use std::io::{BufRead, Write};
 use super::ContentError;
 use crate::mesh::Mesh;
 
-/// Leading text; must not begin with `solid`, which would indicate ASCII.
+/// Text of the header; must not begin with `solid`, which would indicate ASCII.
 const BANNER: &[u8] = b"binary STL, units mm, made by sheaf";
 
 const HEADER_BYTES: usize = 80;
 
-/// Most triangles whose corners an index of 32 bits can name.
+/// Most triangles whose corners fit into 32-bit indices.
 const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize;
 
 pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), ContentError> {
     let count = u32::try_from(mesh.triangles.len()).map_err(|_| {
-        ContentError::malformed("triangles", "STL holds at most 2³² of them", "write the mesh as PLY")
+        ContentError::malformed("mesh", "STL holds at most 2³² triangles", "write the mesh as PLY")
     })?;
     let mut header = [b' '; HEADER_BYTES];
     header[..BANNER.len()].copy_from_slice(BANNER);
@@ -33,7 +34,7 @@ pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), ContentErro
     Ok(())
 }
 
-/// Binary or text; corners at one place share a vertex.
+/// Reads binary or ASCII STL; coincident corners share a vertex.
 pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, ContentError> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;

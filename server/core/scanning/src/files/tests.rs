@@ -1,5 +1,5 @@
-//! Files are read back as written; false counts and damage are reported. Compatibility with other programs is checked
-//! only for GLB (by the `gltf` crate); PLY is checked against a golden header.
+//! Files are read back as written; wrong counts and damage are reported. Compatibility with other programs is
+//! checked only for GLB (by the `gltf` crate); PLY is checked against a golden header.
 
 use std::io::Cursor;
 
@@ -42,7 +42,7 @@ fn problem_of(format: CloudFormat, bytes: &[u8]) -> String {
 }
 
 #[test]
-fn every_cloud_format_gives_back_what_it_was_given() {
+fn every_cloud_format_is_read_back_as_written() {
     let folder = tempfile::tempdir().unwrap();
     for format in CloudFormat::ALL {
         for cloud in [cloud(), Cloud::default()] {
@@ -50,7 +50,7 @@ fn every_cloud_format_gives_back_what_it_was_given() {
             write_cloud(&path, format, &cloud).unwrap();
             let mut back = read_cloud(&path).unwrap();
             if format == CloudFormat::E57 {
-                // Metres and back: within one unit in the last place of 400 mm.
+                // The conversion to metres and back costs at most one unit in the last place of 400 mm.
                 for (back, point) in back.points.iter_mut().zip(&cloud.points) {
                     assert!((back.z_mm - point.z_mm).abs() < 1.2e-13, "{format:?}");
                     assert!((back.x_mm - point.x_mm).abs() < 1.2e-13, "{format:?}");
@@ -68,7 +68,7 @@ fn every_cloud_format_gives_back_what_it_was_given() {
 }
 
 #[test]
-fn the_ply_header_is_the_one_of_the_capture_format() {
+fn the_ply_header_matches_the_capture_format() {
     let mut cloud = cloud();
     cloud.comments.truncate(2);
     let bytes = bytes_of(CloudFormat::Ply, &cloud);
@@ -105,7 +105,7 @@ fn ply_files_of_other_programs_are_read() {
 }
 
 #[test]
-fn a_header_that_promises_a_trillion_points_is_refused_at_the_first_missing_one() {
+fn a_header_that_states_a_trillion_points_is_refused_at_the_first_missing_point() {
     let ply = String::from_utf8_lossy(&bytes_of(CloudFormat::Ply, &Cloud::default()))
         .replace("element vertex 0", "element vertex 1000000000000");
     let problem = problem_of(CloudFormat::Ply, ply.as_bytes());
@@ -117,7 +117,7 @@ fn a_header_that_promises_a_trillion_points_is_refused_at_the_first_missing_one(
 }
 
 #[test]
-fn a_file_cut_anywhere_is_an_error_and_never_a_shorter_cloud() {
+fn a_truncated_file_is_an_error_and_not_a_shorter_cloud() {
     for format in [CloudFormat::Ply, CloudFormat::Pcd, CloudFormat::E57] {
         let bytes = bytes_of(format, &cloud());
         for keep in (0..bytes.len()).step_by(bytes.len() / 40) {
@@ -127,7 +127,7 @@ fn a_file_cut_anywhere_is_an_error_and_never_a_shorter_cloud() {
 }
 
 #[test]
-fn damaged_e57_bytes_are_an_error_and_no_panic() {
+fn damaged_e57_bytes_are_an_error_and_not_a_panic() {
     let bytes = bytes_of(CloudFormat::E57, &cloud());
     for at in (0..bytes.len()).step_by(bytes.len() / 60) {
         let mut damaged = bytes.clone();
@@ -140,7 +140,7 @@ fn damaged_e57_bytes_are_an_error_and_no_panic() {
 }
 
 #[test]
-fn wrong_content_is_named_with_its_place() {
+fn errors_in_the_content_state_their_place() {
     let cases: [(CloudFormat, &str, &str); 9] = [
         (CloudFormat::Ply, "plx\n", "line 1: the file does not begin with `ply`"),
         (CloudFormat::Ply, "ply\nformat ascii 1.0\nelement vertex x\n", "line 3: `x` is not a count"),
@@ -192,7 +192,7 @@ fn errors_of_files_name_the_file() {
 }
 
 #[test]
-fn every_mesh_format_gives_back_what_it_was_given() {
+fn every_mesh_format_is_read_back_as_written() {
     let folder = tempfile::tempdir().unwrap();
     // float32 at 400 mm: 3e-5 mm.
     const FLOAT32_MM: f64 = 4e-5;
@@ -217,7 +217,7 @@ fn every_mesh_format_gives_back_what_it_was_given() {
 }
 
 #[test]
-fn stl_as_text_is_read_and_corners_at_one_place_are_joined() {
+fn ascii_stl_is_read_and_coincident_corners_are_merged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.stl");
     let facet = |corners: [&str; 3]| {
@@ -256,7 +256,7 @@ fn another_reader_accepts_the_glb_and_reads_metres_with_y_up() {
 }
 
 #[test]
-fn broken_meshes_are_refused() {
+fn truncated_and_inconsistent_meshes_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for format in MeshFormat::ALL {
         let path = folder.path().join(format!("part.{}", format.extension()));
@@ -265,8 +265,8 @@ fn broken_meshes_are_refused() {
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
         assert!(matches!(read_mesh(&path), Err(FileError::Malformed { .. })), "{format:?}");
     }
-    let lying = Mesh { triangles: vec![[0, 1, 9]], ..mesh() };
-    let path = folder.path().join("lying.ply");
-    write_mesh(&path, MeshFormat::Ply, &lying).unwrap();
+    let inconsistent = Mesh { triangles: vec![[0, 1, 9]], ..mesh() };
+    let path = folder.path().join("inconsistent.ply");
+    write_mesh(&path, MeshFormat::Ply, &inconsistent).unwrap();
     assert!(read_mesh(&path).unwrap_err().to_string().contains("triangle 0: it refers to a vertex beyond the 4"));
 }

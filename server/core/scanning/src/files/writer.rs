@@ -1,4 +1,4 @@
-//! Clouds written in pieces, with no more points in memory than one call passes.
+//! Clouds written in pieces; only the points of one call are in memory.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,7 +8,7 @@ use crate::points::cloud::CloudPoint;
 
 /// Formats written front to back; not E57, whose header holds offsets known only at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stream {
+enum StreamFormat {
     Ply,
     Csv,
     Pcd,
@@ -18,8 +18,8 @@ enum Stream {
 #[derive(Debug)]
 pub struct CloudWriter<W: Write> {
     out: W,
-    format: Stream,
-    /// Points that the header promises and that are still missing.
+    format: StreamFormat,
+    /// Points stated in the header that have not been added yet.
     n_missing: u64,
     /// Bytes of the points being written; its memory is reused.
     chunk: Vec<u8>,
@@ -37,12 +37,12 @@ impl<W: Write> CloudWriter<W> {
         n_points: usize,
     ) -> Result<Self, ContentError> {
         let format = match format {
-            CloudFormat::Ply => ply::write_cloud_header(&mut out, comments, n_points).map(|()| Stream::Ply),
-            CloudFormat::Csv => csv::write_header(&mut out, comments).map(|()| Stream::Csv),
-            CloudFormat::Pcd => pcd::write_header(&mut out, comments, n_points).map(|()| Stream::Pcd),
+            CloudFormat::Ply => ply::write_cloud_header(&mut out, comments, n_points).map(|()| StreamFormat::Ply),
+            CloudFormat::Csv => csv::write_header(&mut out, comments).map(|()| StreamFormat::Csv),
+            CloudFormat::Pcd => pcd::write_header(&mut out, comments, n_points).map(|()| StreamFormat::Pcd),
             CloudFormat::E57 => Err(ContentError::malformed(
                 "E57",
-                "its header can only be written last",
+                "its header is written last, so it cannot be streamed",
                 "write the whole cloud at once",
             )),
         }?;
@@ -52,26 +52,26 @@ impl<W: Write> CloudWriter<W> {
     /// Adds the next points.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if writing fails, [`ContentError::Malformed`] for more points than promised.
+    /// [`ContentError::Io`] if writing fails, [`ContentError::Malformed`] for more points than stated.
     pub fn add(&mut self, points: &[CloudPoint]) -> Result<(), ContentError> {
         self.n_missing = self.n_missing.checked_sub(points.len() as u64).ok_or_else(wrong_count)?;
         match self.format {
-            Stream::Ply | Stream::Pcd => ply::write_vertices(&mut self.out, points, &mut self.chunk),
-            Stream::Csv => csv::write_points(&mut self.out, points),
+            StreamFormat::Ply | StreamFormat::Pcd => ply::write_vertices(&mut self.out, points, &mut self.chunk),
+            StreamFormat::Csv => csv::write_points(&mut self.out, points),
         }
     }
 
     /// Ends the file and returns the output.
     ///
     /// # Errors
-    /// [`ContentError::Malformed`] for fewer points than promised.
+    /// [`ContentError::Malformed`] for fewer points than stated.
     pub fn finish(self) -> Result<W, ContentError> {
         if self.n_missing > 0 { Err(wrong_count()) } else { Ok(self.out) }
     }
 }
 
 fn wrong_count() -> ContentError {
-    ContentError::malformed("points", "there are fewer than the header states", "write the file again")
+    ContentError::malformed("points", "their number differs from the header", "write the file again")
 }
 
 /// Callback that adds the next points.

@@ -1,9 +1,9 @@
-//! Fuses one frame's lines from several exposures of the same view: dark places from long exposures, bright places from
-//! short ones.
+//! Fuses one frame's lines from several exposures of the same view: dark areas from long exposures, bright areas
+//! from short ones.
 //!
-//! Centrelines are fused, not pictures: every exposure is extracted separately, so that the sensor's response need not
-//! be known. Where an exposure is saturated it is left out if another is not. The rest is averaged with weights 1/σ²; σ
-//! of the mean is stated as if the exposures shared all their noise, because speckle is the same in all of them.
+//! Centrelines are fused, not images: every exposure is extracted separately, so that the response of the sensor
+//! need not be known. Saturated points are excluded where another exposure is not saturated. The rest is averaged
+//! with weights 1/σ²; σ of the mean assumes fully correlated noise, because speckle is the same in all exposures.
 
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
@@ -12,14 +12,14 @@ use crate::params::exposures::{DISAGREE_SIGMAS, SAME_LINE_WIDTHS};
 
 /// The lines of one exposure.
 #[derive(Debug, Clone, Copy)]
-pub struct Exposed<'a> {
+pub struct ExposureLines<'a> {
     /// Exposure time.
     pub exposure_us: f64,
     /// Its lines.
     pub centrelines: &'a Centrelines,
 }
 
-/// Origin of the points of fused lines.
+/// Number of fused points by the exposures they come from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FusionCounts {
     /// Points.
@@ -65,17 +65,19 @@ struct Fused {
 /// Fuses the lines of several exposures of one view; intensities are those of the longest exposure.
 ///
 /// Lines of different exposures are the same line where they are closer than half their width in a column (row).
-pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
+pub fn fuse_exposures(exposures: &[ExposureLines]) -> (Centrelines, FusionCounts) {
     let direction = exposures.first().map_or(LineDirection::default(), |exposed| exposed.centrelines.direction);
-    let mut seen = all_points(exposures, direction);
-    seen.sort_by(|a, b| a.column.cmp(&b.column).then(a.across_px.total_cmp(&b.across_px)));
+    let mut observed = all_points(exposures, direction);
+    observed.sort_by(|a, b| a.column.cmp(&b.column).then(a.across_px.total_cmp(&b.across_px)));
     let longest_us = exposures.iter().map(|exposed| exposed.exposure_us).fold(0.0, f64::max);
     let gains: Vec<f32> = exposures.iter().map(|exposed| (longest_us / exposed.exposure_us) as f32).collect();
     let mut counts = FusionCounts::default();
-    let mut chains = Chains { direction, ..Chains::default() };
-    for column in seen.chunk_by(|a, b| a.column == b.column) {
-        let mut fused: Vec<Fused> =
-            without_rims(lines_of_column(column)).iter().map(|line| fused(line, &gains, &mut counts)).collect();
+    let mut chains = LineTracker { direction, ..LineTracker::default() };
+    for column in observed.chunk_by(|a, b| a.column == b.column) {
+        let mut fused: Vec<Fused> = without_edge_lines(lines_of_column(column))
+            .iter()
+            .map(|line| fused(line, &gains, &mut counts))
+            .collect();
         fused.sort_by(|a, b| a.across_px.total_cmp(&b.across_px));
         chains.extend(column[0].column, fused);
     }
@@ -84,7 +86,7 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
     (Centrelines { segments: chains.segments(), direction, correlation_px, lit_line }, counts)
 }
 
-fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<ExposurePoint> {
+fn all_points(exposures: &[ExposureLines], direction: LineDirection) -> Vec<ExposurePoint> {
     let segments = exposures.iter().enumerate().flat_map(|(exposure, exposed)| {
         exposed.centrelines.segments.iter().map(move |segment| (exposure, segment))
     });
@@ -104,83 +106,85 @@ fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<ExposurePo
 /// Groups the points of one column, ordered across, by line: at most one point of each exposure.
 fn lines_of_column(column: &[ExposurePoint]) -> Vec<Vec<ExposurePoint>> {
     let mut lines: Vec<Vec<ExposurePoint>> = Vec::new();
-    for seen in column {
+    for observed in column {
         let belongs = |line: &Vec<ExposurePoint>| {
             let last = &line[line.len() - 1];
-            let reach_px = SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px));
-            seen.across_px - last.across_px <= reach_px && line.iter().all(|other| other.exposure != seen.exposure)
+            let reach_px = SAME_LINE_WIDTHS * f64::from(observed.point.width_px.max(last.point.width_px));
+            observed.across_px - last.across_px <= reach_px
+                && line.iter().all(|other| other.exposure != observed.exposure)
         };
         match lines.last_mut().filter(|line| belongs(line)) {
-            Some(line) => line.push(*seen),
-            None => lines.push(vec![*seen]),
+            Some(line) => line.push(*observed),
+            None => lines.push(vec![*observed]),
         }
     }
     lines
 }
 
-/// Without the lines that a long exposure shows at the edges of a saturated line: they are within its width, a shorter
-/// exposure shows the line itself, and those that show the edges do not, or saturate it.
-fn without_rims(lines: Vec<Vec<ExposurePoint>>) -> Vec<Vec<ExposurePoint>> {
-    let shortest = |line: &[ExposurePoint]| line.iter().map(|seen| seen.exposure).min();
-    let is_rim = |line: &[ExposurePoint], of: &[ExposurePoint]| {
+/// Removes the false lines that a long exposure shows at the edges of a saturated line: they are within its width,
+/// a shorter exposure shows the line itself, and the exposures with the false lines do not show it, or saturate
+/// it.
+fn without_edge_lines(lines: Vec<Vec<ExposurePoint>>) -> Vec<Vec<ExposurePoint>> {
+    let shortest = |line: &[ExposurePoint]| line.iter().map(|observed| observed.exposure).min();
+    let is_edge_line = |line: &[ExposurePoint], of: &[ExposurePoint]| {
         let near = (line[0].across_px - of[0].across_px).abs()
-            < 2.0 * line.iter().chain(of).map(|seen| f64::from(seen.point.width_px)).fold(0.0, f64::max);
-        let has_it = |seen: &ExposurePoint| {
-            of.iter().any(|other| other.exposure == seen.exposure && !other.point.saturated)
+            < 2.0 * line.iter().chain(of).map(|observed| f64::from(observed.point.width_px)).fold(0.0, f64::max);
+        let shows_line = |observed: &ExposurePoint| {
+            of.iter().any(|other| other.exposure == observed.exposure && !other.point.saturated)
         };
-        let apart = !line.iter().any(has_it);
+        let apart = !line.iter().any(shows_line);
         near && apart && shortest(line) > shortest(of)
     };
-    let rims: Vec<bool> = lines.iter().map(|line| lines.iter().any(|of| is_rim(line, of))).collect();
-    lines.into_iter().zip(rims).filter(|(_, is_rim)| !is_rim).map(|(line, _)| line).collect()
+    let edge_lines: Vec<bool> = lines.iter().map(|line| lines.iter().any(|of| is_edge_line(line, of))).collect();
+    lines.into_iter().zip(edge_lines).filter(|(_, is_edge_line)| !is_edge_line).map(|(line, _)| line).collect()
 }
 
 fn fused(line: &[ExposurePoint], gains: &[f32], counts: &mut FusionCounts) -> Fused {
-    let good: Vec<&ExposurePoint> = line.iter().filter(|seen| !seen.point.saturated).collect();
-    let used: Vec<&ExposurePoint> = if good.is_empty() { line.iter().collect() } else { good };
+    let unsaturated: Vec<&ExposurePoint> = line.iter().filter(|observed| !observed.point.saturated).collect();
+    let used: Vec<&ExposurePoint> = if unsaturated.is_empty() { line.iter().collect() } else { unsaturated };
     let best =
         used.iter().min_by(|a, b| a.point.sigma_px.total_cmp(&b.point.sigma_px)).expect("a line has points");
-    let apart_px = used.iter().map(|seen| (seen.across_px - best.across_px).abs()).fold(0.0, f64::max);
-    let disagrees = used.iter().any(|seen| {
-        let sigma_px = seen.point.sigma_px.hypot(best.point.sigma_px);
-        (seen.across_px - best.across_px).abs() > DISAGREE_SIGMAS * sigma_px
+    let apart_px = used.iter().map(|observed| (observed.across_px - best.across_px).abs()).fold(0.0, f64::max);
+    let disagrees = used.iter().any(|observed| {
+        let sigma_px = observed.point.sigma_px.hypot(best.point.sigma_px);
+        (observed.across_px - best.across_px).abs() > DISAGREE_SIGMAS * sigma_px
     });
     counts.n_points += 1;
     counts.n_disagreeing += usize::from(disagrees);
-    counts.n_saturated += usize::from(used.iter().all(|seen| seen.point.saturated));
+    counts.n_saturated += usize::from(used.iter().all(|observed| observed.point.saturated));
     counts.n_replaced += usize::from(used.len() < line.len());
-    let segments = line.iter().map(|seen| seen.segment).collect();
-    let intensity = |seen: &ExposurePoint| seen.point.intensity * gains[seen.exposure];
+    let segments = line.iter().map(|observed| observed.segment).collect();
+    let intensity = |observed: &ExposurePoint| observed.point.intensity * gains[observed.exposure];
     if disagrees {
         let sigma_px = best.point.sigma_px.hypot(0.5 * apart_px);
         let point = CentrelinePoint { sigma_px, intensity: intensity(best), ..best.point };
         return Fused { point, across_px: best.across_px, segments };
     }
-    let weights: Vec<f64> = used.iter().map(|seen| seen.point.sigma_px.powi(-2)).collect();
+    let weights: Vec<f64> = used.iter().map(|observed| observed.point.sigma_px.powi(-2)).collect();
     let sum: f64 = weights.iter().sum();
     let mean = |of: &dyn Fn(&ExposurePoint) -> f64| {
-        used.iter().zip(&weights).map(|(seen, weight)| of(seen) * weight).sum::<f64>() / sum
+        used.iter().zip(&weights).map(|(observed, weight)| of(observed) * weight).sum::<f64>() / sum
     };
     let point = CentrelinePoint {
-        u_px: mean(&|seen| seen.point.u_px),
-        v_px: mean(&|seen| seen.point.v_px),
-        sigma_px: mean(&|seen| seen.point.sigma_px),
-        intensity: mean(&|seen| f64::from(intensity(seen))) as f32,
+        u_px: mean(&|observed| observed.point.u_px),
+        v_px: mean(&|observed| observed.point.v_px),
+        sigma_px: mean(&|observed| observed.point.sigma_px),
+        intensity: mean(&|observed| f64::from(intensity(observed))) as f32,
         ..best.point
     };
-    Fused { point, across_px: mean(&|seen| seen.across_px), segments }
+    Fused { point, across_px: mean(&|observed| observed.across_px), segments }
 }
 
-/// Lines that grow column by column.
+/// Lines extended column by column.
 #[derive(Debug, Default)]
-struct Chains {
+struct LineTracker {
     column: i64,
     direction: LineDirection,
     open: Vec<Vec<Fused>>,
     done: Vec<Vec<Fused>>,
 }
 
-impl Chains {
+impl LineTracker {
     /// Adds the points of a column: each extends the nearest line of the previous column that shares a segment with it
     /// or is close, or else starts a new one.
     fn extend(&mut self, column: i64, points: Vec<Fused>) {
@@ -249,7 +253,7 @@ mod tests {
     fn fused_of(short: Vec<Segment>, long: Vec<Segment>) -> (Centrelines, FusionCounts) {
         let [short, long] = [short, long].map(|segments| Centrelines { segments, ..Centrelines::default() });
         let exposed = [(1.0, &short), (4.0, &long)];
-        fuse_exposures(&exposed.map(|(exposure_us, centrelines)| Exposed { exposure_us, centrelines }))
+        fuse_exposures(&exposed.map(|(exposure_us, centrelines)| ExposureLines { exposure_us, centrelines }))
     }
 
     #[test]
@@ -259,7 +263,7 @@ mod tests {
         assert_eq!((segment.points.len(), counts.n_points, counts.n_disagreeing), (30, 30, 0));
         let point = segment.points[7];
         assert!((point.v_px - 10.08).abs() < 1e-12 && (point.sigma_px - 0.06).abs() < 1e-12, "{point:?}");
-        // Four fifths of the weight are on 40 levels in the longest, one fifth on 4 · 40.
+        // Weight 4/5 on 40 levels in the longest exposure, 1/5 on 4 · 40.
         assert!((point.intensity - 64.0).abs() < 1e-4, "{point:?}");
     }
 
@@ -274,8 +278,8 @@ mod tests {
 
     #[test]
     fn saturated_points_are_replaced_and_the_edges_of_a_saturated_line_are_not_lines() {
-        let rims = vec![line(6.5, 0.2, false), line(10.3, 0.2, true), line(13.5, 0.2, false)];
-        let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], rims);
+        let edge_lines = vec![line(6.5, 0.2, false), line(10.3, 0.2, true), line(13.5, 0.2, false)];
+        let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], edge_lines);
         let [segment] = &fused.segments[..] else { panic!("{} segments", fused.segments.len()) };
         assert_eq!((segment.points[3].v_px, segment.points[3].saturated), (10.0, false));
         assert_eq!((counts.n_replaced, counts.n_saturated), (30, 0));

@@ -1,4 +1,4 @@
-//! The frames of a scan, from any storage: read one at a time, as often as a step needs them.
+//! The frames of a scan, from any storage, read one at a time and possibly several times.
 
 use std::borrow::Cow;
 
@@ -21,8 +21,8 @@ pub struct ScanFrame {
     pub position: StagePosition,
 }
 
-/// The frames of a scan, in order of capture. In memory, or in a file of peaks
-/// (`files::peaks::PeaksFile`): a large scan need not fit into memory.
+/// The frames of a scan, in order of capture. In memory, or in a peaks file (`files::peaks::PeaksFile`), so that a
+/// large scan need not fit into memory.
 pub trait Frames: Sync {
     /// Number of frames.
     fn n_frames(&self) -> usize;
@@ -94,8 +94,7 @@ pub(crate) fn of_every_frame<T: Send>(
     map_with(frames.n_frames(), 1, || (), of_frame).into_iter().collect()
 }
 
-/// Runs `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are
-/// ready.
+/// Runs `work` on the numbers below `n`, on all threads; `take` receives the results in order, batch by batch.
 pub(crate) fn in_order<T: Send, E: Send>(
     n: usize,
     work: impl Fn(usize) -> Result<T, E> + Sync,

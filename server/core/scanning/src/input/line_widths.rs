@@ -1,11 +1,11 @@
-//! Line width as a function of depth: out-of-focus lines are wider, and another order would put them at another depth
-//! (`docs/maths/labelling.md`, "Widths").
+//! Line width as a function of depth: lines out of focus are wider, and another order implies another depth
+//! (`docs/maths/labelling.md`, "Line widths", eq. 4).
 
 use optics::DepthRangeMm;
 use statistics::{SIGMA_PER_MAD, median};
 
 use crate::params::{
-    WIDTH_BIN_SAMPLES, WIDTH_BINS, WIDTH_DENIED_RATIO, WIDTH_FIT_ROUNDS, WIDTH_FITS_SIGMAS, WIDTH_HELD_SIGMAS,
+    WIDTH_BIN_SAMPLES, WIDTH_BINS, WIDTH_FIT_ROUNDS, WIDTH_FITS_SIGMAS, WIDTH_HELD_SIGMAS, WIDTH_REJECTED_RATIO,
     WIDTH_RIVAL_SIGMAS, WIDTH_SIGMA_FLOOR,
 };
 
@@ -47,12 +47,12 @@ pub struct LineWidths {
     of_depth: Vec<Option<f64>>,
     /// s.
     of_order: Vec<(i8, f64)>,
-    /// Scatter of the samples about the model; infinite where nothing was learned.
+    /// Scatter of the samples about the model; infinite without samples.
     sigma: f64,
 }
 
 impl LineWidths {
-    /// Learns from lines with known labels, within `depths`.
+    /// Fits the model to lines with known labels, within `depths`.
     pub fn of(samples: &[Sample], orders: &[i8], depths: DepthRangeMm) -> Self {
         let mut widths = Self {
             near_mm: depths.near_mm,
@@ -76,9 +76,10 @@ impl LineWidths {
             };
             widths.of_order = widths.of_order.iter().map(of_order).collect();
         }
-        let misses =
+        let residuals =
             samples.iter().filter_map(|sample| Some((sample.log_width - widths.log_width(sample.label)?).abs()));
-        widths.sigma = median_of(misses).map_or(f64::INFINITY, |mad| (SIGMA_PER_MAD * mad).max(WIDTH_SIGMA_FLOOR));
+        widths.sigma =
+            median_of(residuals).map_or(f64::INFINITY, |mad| (SIGMA_PER_MAD * mad).max(WIDTH_SIGMA_FLOOR));
         widths
     }
 
@@ -99,7 +100,7 @@ impl LineWidths {
                 nearest_elsewhere = nearest_elsewhere.min(off);
             }
         }
-        if off >= limit && off >= WIDTH_DENIED_RATIO * nearest_elsewhere.max(WIDTH_FITS_SIGMAS) {
+        if off >= limit && off >= WIDTH_REJECTED_RATIO * nearest_elsewhere.max(WIDTH_FITS_SIGMAS) {
             Width::Rival
         } else if off <= WIDTH_HELD_SIGMAS && (WIDTH_RIVAL_SIGMAS..f64::INFINITY).contains(&nearest) {
             Width::Own
@@ -108,13 +109,13 @@ impl LineWidths {
         }
     }
 
-    /// By how many standard deviations a line is wider or narrower than expected for a label; `None` where no line was
-    /// observed.
+    /// Deviation of a line's width from the one expected for a label, in standard deviations; `None` at depths
+    /// without samples.
     pub fn sigmas_off(&self, log_width: f64, label: Label) -> Option<f64> {
         Some((log_width - self.log_width(label)?).abs() / self.sigma)
     }
 
-    /// Expected for this label; `None` where no line was observed.
+    /// ln of the width expected for this label; `None` at depths without samples.
     fn log_width(&self, label: Label) -> Option<f64> {
         Some(self.of_depth(label.depth_mm)? + self.of_order(label.order))
     }
@@ -145,7 +146,7 @@ fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::WIDTH_DENIED_SIGMAS;
+    use crate::params::WIDTH_REJECTED_SIGMAS;
 
     const DEPTHS: DepthRangeMm = DepthRangeMm { near_mm: 340.0, far_mm: 460.0 };
 
@@ -159,40 +160,40 @@ mod tests {
     fn learned(focus_depth_mm: f64) -> LineWidths {
         let sample = |idx: u32| {
             let label = Label { order: (idx % 2) as i8, depth_mm: 360.0 + f64::from(idx % 90) / 2.0 };
-            let unrest = 0.04 * f64::from(idx * 7919 % 17) / 8.0 - 0.04;
-            Sample { label, log_width: width_px(label, focus_depth_mm).ln() + unrest }
+            let noise = 0.04 * f64::from(idx * 7919 % 17) / 8.0 - 0.04;
+            Sample { label, log_width: width_px(label, focus_depth_mm).ln() + noise }
         };
         LineWidths::of(&(0..4000).map(sample).collect::<Vec<_>>(), &[0, 1], DEPTHS)
     }
 
-    /// Whether the true width of a line of order 0 at `true_mm` rejects the label of order 1 at `taken_mm`.
-    fn is_denied(widths: &LineWidths, focus_depth_mm: f64, true_mm: f64, taken_mm: f64) -> bool {
+    /// Whether the true width of a line of order 0 at `true_mm` rejects the label of order 1 at `assumed_mm`.
+    fn is_rejected(widths: &LineWidths, focus_depth_mm: f64, true_mm: f64, assumed_mm: f64) -> bool {
         let truth = Label { order: 0, depth_mm: true_mm };
-        let taken = Label { order: 1, depth_mm: taken_mm };
-        widths.fit(width_px(truth, focus_depth_mm), taken, [truth].into_iter(), WIDTH_DENIED_SIGMAS)
+        let assumed = Label { order: 1, depth_mm: assumed_mm };
+        widths.fit(width_px(truth, focus_depth_mm), assumed, [truth].into_iter(), WIDTH_REJECTED_SIGMAS)
             == Width::Rival
     }
 
     #[test]
     fn a_line_out_of_focus_is_not_confused_with_one_in_focus() {
         let widths = learned(20.0);
-        assert!(is_denied(&widths, 20.0, 370.0, 400.0) && is_denied(&widths, 20.0, 400.0, 370.0));
+        assert!(is_rejected(&widths, 20.0, 370.0, 400.0) && is_rejected(&widths, 20.0, 400.0, 370.0));
         let own = Label { order: 1, depth_mm: 371.0 };
         let rival = Label { order: 0, depth_mm: 400.0 };
         assert!(
-            widths.fit(width_px(own, 20.0), own, [rival].into_iter(), WIDTH_DENIED_SIGMAS) == Width::Own,
-            "as wide as it is to be"
+            widths.fit(width_px(own, 20.0), own, [rival].into_iter(), WIDTH_REJECTED_SIGMAS) == Width::Own,
+            "the width of its own label"
         );
         assert!(
-            widths.fit(4.0 * width_px(own, 20.0), own, [rival].into_iter(), WIDTH_DENIED_SIGMAS) != Width::Own,
-            "nor does it fit the rival"
+            widths.fit(4.0 * width_px(own, 20.0), own, [rival].into_iter(), WIDTH_REJECTED_SIGMAS) != Width::Own,
+            "a width that fits neither label"
         );
     }
 
     #[test]
     fn widths_are_no_evidence_where_the_focus_is_deep_or_no_line_was_observed() {
-        assert!(!is_denied(&learned(f64::INFINITY), f64::INFINITY, 370.0, 400.0));
-        assert!(!is_denied(&learned(20.0), 20.0, 430.0, 400.0), "no line was seen at 430 mm");
-        assert!(!is_denied(&LineWidths::of(&[], &[0, 1], DEPTHS), 20.0, 370.0, 400.0));
+        assert!(!is_rejected(&learned(f64::INFINITY), f64::INFINITY, 370.0, 400.0));
+        assert!(!is_rejected(&learned(20.0), 20.0, 430.0, 400.0), "no line was seen at 430 mm");
+        assert!(!is_rejected(&LineWidths::of(&[], &[0, 1], DEPTHS), 20.0, 370.0, 400.0));
     }
 }

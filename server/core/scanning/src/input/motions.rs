@@ -1,7 +1,7 @@
 //! The motion of the part in every frame, and the chart in which surfaces are compared.
 //!
-//! A linear stage shows the part from one side: the chart is the part frame. A turntable shows it from all around: its
-//! chart is unrolled about the axis (`docs/maths/turntable.md`, eq. 10).
+//! On a linear stage the camera observes the part from one side: the chart is the part frame. On a turntable it
+//! observes all sides: the chart is unrolled about the axis (`docs/maths/turntable.md`, eq. 10).
 
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ pub enum Chart {
 /// camera in the half-plane through the axis and the point.
 #[derive(Debug, Clone, Copy)]
 pub struct Unrolled {
-    /// The point of the axis at which the camera looks.
+    /// The point of the axis nearest to the optical axis of the camera.
     origin_mm: Vector3<f64>,
     /// Unit vectors: from the axis to the camera, along the circumference, along the axis.
     axes: [Vector3<f64>; 3],
@@ -63,7 +63,7 @@ impl FrameMotion {
     pub fn chart_from_camera(&self, hit: &PointMm<CameraFrame>) -> Vector3<f64> {
         match &self.chart {
             Chart::Part => self.motion.part_from_camera(hit).xyz,
-            Chart::Unrolled(unrolled) => unrolled.place_of(&hit.xyz, self.angle_rad),
+            Chart::Unrolled(unrolled) => unrolled.chart_from_camera_point(&hit.xyz, self.angle_rad),
         }
     }
 
@@ -79,7 +79,7 @@ impl FrameMotion {
                 Vector3::new(across.x, across.y, seen.z)
             }
             Chart::Unrolled(unrolled) => {
-                let seen = unrolled.camera_place_of(in_chart, self.angle_rad);
+                let seen = unrolled.camera_from_chart_point(in_chart, self.angle_rad);
                 let across = at_reference(&seen);
                 let [along_turn, along_axis] =
                     [1, 2].map(|axis| unrolled.axes[axis].xy().dot(&across) / unrolled.axes[axis].xy().norm());
@@ -118,7 +118,7 @@ impl Chart {
                 let across = seen.xy() * (reference_depth_mm / seen.z);
                 Vector3::new(across.x, across.y, seen.z)
             }
-            // Along the circumference every position is viewed from the front.
+            // Along the circumference every point is viewed head-on.
             Self::Unrolled(_) => {
                 Vector3::new(in_chart.x * (reference_depth_mm / in_chart.z), in_chart.y, in_chart.z)
             }
@@ -137,20 +137,20 @@ impl Chart {
 impl Unrolled {
     /// About `axis`, for a part in this depth range.
     fn new(axis: &RotaryAxis, depth_range_mm: DepthRangeMm) -> Self {
-        // Where the optical axis passes the rotation axis; for parallel ones the foot of the perpendicular from the
-        // camera.
+        // Nearest point of the optical axis to the rotation axis; for parallel axes, the foot of the perpendicular
+        // from the camera.
         let (d, z) = (axis.direction, Vector3::z());
         let across = z - d * d.z;
-        let looked_at = z * (across.dot(&axis.point_mm) / across.norm_squared().max(f64::MIN_POSITIVE));
-        let origin_mm = axis.with_point_near(&looked_at).point_mm;
+        let nearest_mm = z * (across.dot(&axis.point_mm) / across.norm_squared().max(f64::MIN_POSITIVE));
+        let origin_mm = axis.with_point_near(&nearest_mm).point_mm;
         let height_mm = -d.dot(&origin_mm);
         let to_camera = -origin_mm - d * height_mm;
         let towards = to_camera.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::z);
         let distance_mm = origin_mm.norm();
-        // Half of the space between the axis and the nearest depth.
-        let room_mm = origin_mm.z - depth_range_mm.near_mm;
+        // Half the distance between the axis and the nearest depth.
+        let clearance_mm = origin_mm.z - depth_range_mm.near_mm;
         let depths_mm = depth_range_mm.far_mm - depth_range_mm.near_mm;
-        let radius_mm = 0.5 * if room_mm > 0.0 { room_mm } else { depths_mm };
+        let radius_mm = 0.5 * if clearance_mm > 0.0 { clearance_mm } else { depths_mm };
         Self {
             origin_mm,
             axes: [towards, d.cross(&towards), d],
@@ -161,10 +161,11 @@ impl Unrolled {
     }
 
     /// Chart coordinates of a camera-frame point while the table is at `angle_rad`.
-    fn place_of(&self, in_camera: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
+    fn chart_from_camera_point(&self, in_camera: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
         let from_origin = in_camera - self.origin_mm;
         let [towards, along, height] = self.axes.map(|axis| axis.dot(&from_origin));
-        // The seam lies behind the axis, where no light falls: positions are continuous over the frames.
+        // The branch cut of atan2 lies behind the axis, where no light falls: positions are continuous over the
+        // frames.
         let (radius, turn_rad) = (towards.hypot(along), along.atan2(towards));
         let (cos, sin) = (self.elevation.x, self.elevation.y);
         Vector3::new(
@@ -175,7 +176,7 @@ impl Unrolled {
     }
 
     /// Camera-frame coordinates of a chart point while the table is at `angle_rad`.
-    fn camera_place_of(&self, in_chart: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
+    fn camera_from_chart_point(&self, in_chart: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
         let (cos, sin) = (self.elevation.x, self.elevation.y);
         let nearness = self.distance_mm - in_chart.z;
         let (radius, height) = (nearness * cos - in_chart.x * sin, in_chart.x * cos + nearness * sin);
@@ -197,22 +198,22 @@ mod tests {
         let axis = RotaryAxis::new(Vector3::new(3.0, -20.0, 410.0), Vector3::new(0.05, -0.96, 0.28));
         let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
         let seen = Vector3::new(12.0, -31.0, 388.0);
-        let place = unrolled.place_of(&seen, 1.0);
-        assert!((unrolled.camera_place_of(&place, 1.0) - seen).norm() < EXACT_MM);
+        let place = unrolled.chart_from_camera_point(&seen, 1.0);
+        assert!((unrolled.camera_from_chart_point(&place, 1.0) - seen).norm() < EXACT_MM);
         let part = axis.part_from_camera(&PointMm::new(seen), 1.0);
         let later = axis.motion(1.3).camera_from_part(&part);
-        assert!((unrolled.camera_place_of(&place, 1.3) - later.xyz).norm() < EXACT_MM);
-        assert!((unrolled.place_of(&later.xyz, 1.3) - place).norm() < EXACT_MM);
+        assert!((unrolled.camera_from_chart_point(&place, 1.3) - later.xyz).norm() < EXACT_MM);
+        assert!((unrolled.chart_from_camera_point(&later.xyz, 1.3) - place).norm() < EXACT_MM);
     }
 
     #[test]
     fn depth_decreases_towards_the_camera_and_repeats_after_a_turn() {
         let axis = RotaryAxis::new(Vector3::new(0.0, 0.0, 400.0), -Vector3::y());
         let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
-        let depth = |z: f64| unrolled.place_of(&Vector3::new(0.0, 0.0, z), 0.0).z;
+        let depth = |z: f64| unrolled.chart_from_camera_point(&Vector3::new(0.0, 0.0, z), 0.0).z;
         assert!((depth(370.0) - 370.0).abs() < EXACT_MM && (depth(390.0) - 390.0).abs() < EXACT_MM);
         let chart = Chart::Unrolled(unrolled);
-        let back = unrolled.place_of(&Vector3::new(0.0, 0.0, 370.0), TAU);
+        let back = unrolled.chart_from_camera_point(&Vector3::new(0.0, 0.0, 370.0), TAU);
         assert!((back.y + chart.period_mm().unwrap()).abs() < EXACT_MM);
     }
 }

@@ -21,7 +21,7 @@ const POSITIONS_PER_LINE: usize = 40;
 /// The stage, and its position in every frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StagePositions {
-    /// How the part moves in the camera frame; a linear stage with direction zero if the scan has none.
+    /// The motion of the part in the camera frame; a linear stage with direction zero if the scan has no stage.
     pub stage: Stage,
     /// The position in every frame, all of the stage's own kind.
     pub positions: Vec<StagePosition>,
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_come_back_from_the_header_to_the_last_bit() {
+    fn positions_are_read_back_from_the_header_to_the_last_bit() {
         for positions in [travelling(), turning()] {
             let mut comments = vec!["units mm".to_owned()];
             comments.extend(positions.comments());

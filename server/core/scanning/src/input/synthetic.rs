@@ -1,5 +1,5 @@
-//! A synthetic scan of any size, without pictures, for tests of large scans: a ribbed plate that is constant along the
-//! travel, so that one frame's lines are reused for all frames, each with its own noise.
+//! A synthetic scan of any size, without images, for tests of large scans: a ribbed plate that is constant along
+//! the travel, so that the same lines are reused for all frames, each with its own noise.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis, StagePosition};
@@ -7,7 +7,7 @@ use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::input::frames::ScanFrame;
 
-/// Image columns and rows of the usual camera.
+/// Image columns and rows of a typical camera.
 pub const SIZE_PX: [usize; 2] = [1280, 1024];
 /// Distance between frames, mm.
 const STEP_MM: f64 = 0.05;
@@ -18,7 +18,7 @@ const CORRELATION_PX: f64 = 2.0;
 /// Mean depth of the plate, height of its ribs and their length over 2π, mm.
 const PLATE_MM: [f64; 3] = [400.0, 2.0, 9.0];
 /// Bisections of the image's height: the row is then known to a millionth of a pixel.
-const HALVINGS: usize = 31;
+const N_BISECTIONS: usize = 31;
 
 /// The frames of the scan, generated one by one.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ fn line(calibration: &Calibration, order: i8, columns: std::ops::Range<usize>) -
     Segment { points: columns.filter_map(point).collect() }
 }
 
-/// Where the line crosses a column; `None` outside the image.
+/// Row at which the line crosses a column; `None` outside the image.
 fn row(calibration: &Calibration, order: i8, u_px: f64) -> Option<f64> {
     let above = |v_px: f64| {
         let hit = calibration.triangulate(order, &Vector2::new(u_px, v_px), None)?;
@@ -104,7 +104,7 @@ fn row(calibration: &Calibration, order: i8, u_px: f64) -> Option<f64> {
     if above(high)?.signum() == sign {
         return None;
     }
-    for _ in 0..HALVINGS {
+    for _ in 0..N_BISECTIONS {
         let middle = 0.5 * (low + high);
         if above(middle)?.signum() == sign { low = middle } else { high = middle }
     }

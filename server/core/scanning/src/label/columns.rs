@@ -1,4 +1,4 @@
-//! Which pieces cross a scan column (row) of a frame, and where.
+//! The pieces that cross a scan column (row) of a frame, and their positions.
 
 use vision::{Centrelines, LineDirection};
 
@@ -12,7 +12,7 @@ pub struct Columns<'a> {
     pub own: std::ops::Range<usize>,
     /// The lines of this frame.
     pub lines: &'a Centrelines,
-    /// Which way the lines run.
+    /// Direction of the lines.
     pub direction: LineDirection,
 }
 

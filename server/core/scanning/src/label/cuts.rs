@@ -1,13 +1,15 @@
-//! Cut-out parts of lines: restored where both sides have the same label, otherwise candidates.
+//! Parts of lines that were cut out: restored where both sides have the same label, otherwise candidates for
+//! reinstatement.
 
 use vision::Centrelines;
 
 use super::Labels;
 use super::columns::pieces_of;
 use super::pieces::Piece;
-use super::solve::relax::LabelOutcome;
+use super::solve::inference::LabelOutcome;
 
-/// Extends a piece to the next one of the same segment and label: the cut between them was not a joint.
+/// Extends a piece to the next one of the same segment and label: the line was not a joint of two lines at the cut
+/// between them.
 pub fn close(pieces: &mut [Piece], outcomes: &[LabelOutcome]) {
     for idx in 1..pieces.len() {
         let (a, b) = (pieces[idx - 1], pieces[idx]);
@@ -20,14 +22,14 @@ pub fn close(pieces: &mut [Piece], outcomes: &[LabelOutcome]) {
 
 impl Labels {
     /// The pieces of a frame without a certain label.
-    pub fn left_out(&self, frame: usize) -> impl Iterator<Item = &Piece> {
+    pub fn uncertain_pieces(&self, frame: usize) -> impl Iterator<Item = &Piece> {
         let own = pieces_of(&self.pieces, frame);
-        let is_left_out = |idx: &usize| !matches!(self.outcomes[*idx], LabelOutcome::Order(_));
-        own.filter(is_left_out).map(|idx| &self.pieces[idx])
+        let is_uncertain = |idx: &usize| !matches!(self.outcomes[*idx], LabelOutcome::Order(_));
+        own.filter(is_uncertain).map(|idx| &self.pieces[idx])
     }
 
-    /// The parts of a frame that were left out and could still have a label: its doubtful pieces, the parts cut out
-    /// between two pieces of one label, and the ends of segments.
+    /// The parts of a frame's lines that were rejected and could still have a label: its doubtful pieces, the
+    /// parts cut out between two pieces of one label, and the ends of segments.
     pub fn candidates(&self, frame: usize, lines: &Centrelines) -> Self {
         let own = pieces_of(&self.pieces, frame);
         let mut candidates = Self {
@@ -93,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_keeps_the_label_it_could_have() {
+    fn candidates_keep_the_label_they_could_have() {
         let segment = |n_points| Segment { points: vec![CentrelinePoint::UNWRITTEN; n_points] };
         let lines = Centrelines { segments: vec![segment(9), segment(130)], ..Centrelines::default() };
         let labels = Labels {

@@ -1,4 +1,4 @@
-//! Order labelling: which order is each line? (`docs/maths/labelling.md`)
+//! Order labelling: assigns a diffraction order to each line (`docs/maths/labelling.md`).
 //!
 //! A pairwise Markov random field over pieces of lines, solved by mean field and iterated conditional modes. Every
 //! piece of a line is tried with every order. Four kinds of evidence support or contradict a label: the stated depths,
@@ -32,7 +32,7 @@ pub use gather::agreement::gradient;
 pub use gather::patches::{PatchGrid, ViewPoint};
 pub use gather::reference_view::ReferenceView;
 pub use pieces::Piece;
-pub use solve::relax::LabelOutcome;
+pub use solve::inference::LabelOutcome;
 use statistics::median;
 
 /// Pieces of all frames with the outcome of each.
@@ -44,18 +44,18 @@ pub struct Labels {
     pub outcomes: Vec<LabelOutcome>,
     /// Per piece: its best label, even if doubtful; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
-    /// Which way the lines run; of a cross the first.
+    /// Direction of the lines; for a cross, that of the first frame.
     pub direction: LineDirection,
-    /// The line of a cross that runs the other way.
+    /// The line of a cross with the other direction.
     pub crossing: Option<i8>,
     /// Full width of lines in focus, px.
     pub line_width_px: f64,
-    /// Whether they were not concluded but known, since lines were lit one by one.
+    /// Whether the labels are given rather than inferred, since lines were lit one by one.
     pub are_certain: bool,
 }
 
 impl Labels {
-    /// Which way the line of an order runs.
+    /// Direction of the line of an order.
     pub fn direction_of(&self, order: i8) -> LineDirection {
         match (self.crossing == Some(order), self.direction) {
             (false, direction) => direction,
@@ -64,15 +64,14 @@ impl Labels {
         }
     }
 
-    /// Where a point lies along and across its line of this order, px.
+    /// Position of a point along and across its line of this order, px.
     pub fn along_across(&self, order: i8, point: &CentrelinePoint) -> (f64, f64) {
         point.along_across(self.direction_of(order))
     }
 }
 
-/// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-/// `before`: the same outcomes; `features`: of all pieces.
-/// `least_points`: from so many points on a piece is no stub.
+/// Marks short pieces whose label differs from that of an adjoining piece as doubtful: their evidence is too weak.
+/// `before`: the outcomes before any were changed. Pieces of `least_points` or more are not short.
 fn doubt_stubs(
     features: &gather::features::FrameFeatures,
     outcomes: &mut [LabelOutcome],
@@ -85,8 +84,8 @@ fn doubt_stubs(
             continue;
         }
         for stub in [idx - 1, idx] {
-            let doubted = matches!(before[stub], LabelOutcome::Order(_));
-            if doubted && (pieces[stub].n_points() as f64) < least_points {
+            let is_labelled = matches!(before[stub], LabelOutcome::Order(_));
+            if is_labelled && (pieces[stub].n_points() as f64) < least_points {
                 outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
@@ -119,8 +118,8 @@ pub fn label_frames(
     if let Some(lit) = lit {
         let orders = &triangulator.calibration().orders;
         let crossing =
-            directions.iter().zip(&lit).find(|(way, _)| **way != direction).map(|(_, &idx)| orders[idx]);
-        // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
+            directions.iter().zip(&lit).find(|(other, _)| **other != direction).map(|(_, &idx)| orders[idx]);
+        // A single line cannot be contradicted; points outside the depth range are dropped one by one.
         let labels: Vec<Option<usize>> = pieces.iter().map(|piece| Some(lit[piece.frame])).collect();
         let outcomes = labels.iter().flatten().map(|&label| LabelOutcome::Order(label)).collect();
         let are_certain = triangulator.calibration().orders.len() > 1;
@@ -129,29 +128,31 @@ pub fn label_frames(
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     let mut widths = None;
     if frames.n_frames() > 1 {
-        let (whole, evidence, _) = gathered(frames, motions, &travel, &view, (pieces, None))?;
-        let (of_pieces, _) = solve::relax::best_labels(&evidence);
+        let (whole, evidence, _) = gather_evidence(frames, motions, &travel, &view, (pieces, None))?;
+        let (of_pieces, _) = solve::inference::best_labels(&evidence);
         let orders = &triangulator.calibration().orders;
         widths = Some(gather::widths::learned(&whole.samples, &of_pieces, orders, depth_range_mm));
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (features, evidence, _) = gathered(frames, motions, &travel, &view, (sections, widths.as_ref()))?;
-        pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
+        let (features, evidence, _) =
+            gather_evidence(frames, motions, &travel, &view, (sections, widths.as_ref()))?;
+        pieces = sections::merged(&features.pieces, &solve::inference::best_labels_from(&evidence, start));
     }
-    let (features, evidence, partners) = gathered(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
+    let (features, evidence, partners) =
+        gather_evidence(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
     let gather::features::FrameFeatures { pieces, samples, .. } = &features;
     let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
-    let challenged = |labels: &[usize]| {
+    let doubtful_by_strip = |labels: &[usize]| {
         let strips = gather::strips::strips(labels, samples, pieces, line_width_px, &partners, &reference_view);
         let lengths = lengths_pitches(samples, pieces, &strips);
-        solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
+        solve::strip_test::doubtful_by_strip(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
-    let (labels, settled) = solve::relax::label_outcomes(&evidence, confirmation, challenged);
+    let (labels, accepted) = solve::inference::label_outcomes(&evidence, confirmation, doubtful_by_strip);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
-    let mut outcomes = settled.clone();
-    doubt_stubs(&features, &mut outcomes, &settled, STUB_WIDTHS * line_width_px);
+    let mut outcomes = accepted.clone();
+    doubt_stubs(&features, &mut outcomes, &accepted, STUB_WIDTHS * line_width_px);
     let gather::features::FrameFeatures { mut pieces, widths_px, .. } = features;
     if frames.n_frames() > 1 {
         cuts::close(&mut pieces, &outcomes);
@@ -164,7 +165,7 @@ pub fn label_frames(
 /// by one, or a calibration with a single order.
 ///
 /// # Errors
-/// [`ScanError::UnknownLine`], [`ScanError::SomeLitAlone`].
+/// [`ScanError::UnknownLine`], [`ScanError::MissingLitLine`].
 pub fn lit_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Option<Vec<usize>>, ScanError> {
     let orders = &calibration.orders;
     let lit: Vec<Option<i8>> = (0..frames.n_frames()).map(|frame| frames.lit_line(frame)).collect();
@@ -172,17 +173,17 @@ pub fn lit_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Optio
         return Ok((orders.len() == 1).then(|| vec![0; lit.len()]));
     }
     let index = |(frame, line): (usize, &Option<i8>)| {
-        let line = line.ok_or(ScanError::SomeLitAlone { frame })?;
+        let line = line.ok_or(ScanError::MissingLitLine { frame })?;
         let unknown = ScanError::UnknownLine { calibration: calibration.id.clone(), frame, line };
         orders.iter().position(|order| *order == line).ok_or(unknown)
     };
     lit.iter().enumerate().map(index).collect::<Result<Vec<usize>, ScanError>>().map(Some)
 }
 
-/// The features of pieces, the evidence for their labels, and the same line in neighbouring frames.
+/// Features of the pieces, the evidence for their labels, and the same line in neighbouring frames.
 type Gathered = (gather::features::FrameFeatures, Evidence, gather::tracks::Partners);
 
-fn gathered(
+fn gather_evidence(
     frames: &dyn Frames,
     motions: &[FrameMotion],
     travel: &Travel,
@@ -209,7 +210,7 @@ fn gathered(
         motions,
         reference_view: &reference_view,
     };
-    gather::agreement::add_second_looks(&mut evidence, &scene);
+    gather::agreement::add_repeated_observations(&mut evidence, &scene);
     Ok((features, evidence, partners))
 }
 
@@ -223,7 +224,7 @@ fn lengths_pitches(samples: &Samples, pieces: &[Piece], strips: &[usize]) -> Vec
     lengths
 }
 
-/// Sizes of the pieces and the cost of impossible depths.
+/// Evidence with the sizes of the pieces and the costs of depths outside the range.
 fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evidence {
     let size = |(idx, piece): (usize, &Piece)| samples.range(idx).len() as f64 * sample_weight(piece);
     let sizes = pieces.iter().enumerate().map(size).map(|size| size.max(f64::MIN_POSITIVE)).collect();
@@ -304,7 +305,7 @@ pub fn reference_view(
     }
 }
 
-/// The calibration's own σ in the middle of the image, the worst of all orders, mm.
+/// Systematic σ of the calibration in the middle of the image, the largest of all orders, mm.
 fn systematic_sigma_mm(calibration: &Calibration) -> f64 {
     let camera = &calibration.camera;
     let middle = Vector2::new(camera.width_px as f64, camera.height_px as f64) / 2.0;

@@ -1,9 +1,9 @@
-//! Segments cut at kinks into pieces that certainly belong to one line, and the samples that represent them.
+//! Segments cut at kinks into pieces that belong to one line each, and the samples that represent them.
 
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::input::line_step::{largest_step_px, sharp_width_px};
+use crate::input::line_step::{in_focus_width_px, largest_step_px};
 use crate::params::{
     CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
     KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
@@ -25,7 +25,7 @@ pub struct Piece {
     pub along: i64,
     /// Scan columns (rows) between samples.
     pub stride: usize,
-    /// Whether it continues where the previous piece ends, without any sign of a joint.
+    /// Whether it continues the previous piece without any sign of a joint.
     pub continues: bool,
 }
 
@@ -69,7 +69,7 @@ impl Piece {
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
-    let width_px = sharp_width_px(lines);
+    let width_px = in_focus_width_px(lines);
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
         for (first, end) in cut_at_kinks(segment, direction, width_px, lines.correlation_px) {
             if end - first < MIN_PIECE_POINTS {
@@ -99,7 +99,7 @@ pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDir
         joints.push(joint(start, &points[0], true));
         joints.push(joint(end, &points[points.len() - 1], false));
     }
-    drop_small_gaps(&mut joints, sharp_width_px(lines), lines.correlation_px);
+    remove_ends_at_small_gaps(&mut joints, in_focus_width_px(lines), lines.correlation_px);
     joints
 }
 
@@ -124,7 +124,7 @@ pub fn cut_at_joints(
     direction: LineDirection,
     nearby: &[Joint],
 ) -> Vec<Piece> {
-    let width_px = sharp_width_px(lines);
+    let width_px = in_focus_width_px(lines);
     pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, width_px, nearby)).collect()
 }
 
@@ -141,9 +141,9 @@ pub struct Joint {
     segment: usize,
 }
 
-/// Takes away ends that face each other over a point or two, or over a dark speckle: what was lost there is no joint.
-/// Where a segment was cut nothing was lost.
-fn drop_small_gaps(joints: &mut Vec<Joint>, width_px: f64, correlation_px: f64) {
+/// Removes ends that face each other across one or two missing points or a dark speckle: such a gap is not a
+/// joint. Ends within one segment are kept, since no points are missing there.
+fn remove_ends_at_small_gaps(joints: &mut Vec<Joint>, width_px: f64, correlation_px: f64) {
     joints.sort_by(|a, b| a.along.cmp(&b.along).then(a.across_px.total_cmp(&b.across_px)));
     let gap = (correlation_px.ceil() as i64).max(2);
     let faces = |idx: usize| {
@@ -199,7 +199,7 @@ pub fn stride_for(n_points: usize) -> usize {
     stride
 }
 
-/// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
+/// Index ranges between jumps, kinks and small steps; the points next to a cut belong to neither side.
 fn cut_at_kinks(
     segment: &Segment,
     direction: LineDirection,
@@ -209,7 +209,7 @@ fn cut_at_kinks(
     let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
     let span = columns(KINK_SPAN_WIDTHS * width_px);
     let bends = bends(&across, span);
-    // A mean over n correlated points is as good as one over n / correlation length.
+    // A mean over n correlated points has the variance of one over n / correlation length independent points.
     let correlation = correlation_px.max(1.0).sqrt();
     let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
     let limits =
@@ -235,17 +235,17 @@ fn cut_at_kinks(
     ranges
 }
 
-/// Points that are left out on either side of a cut. `width_px`: that of lines in focus.
+/// Number of points excluded on either side of a cut. `width_px`: width of lines in focus.
 pub fn cut_trim(width_px: f64) -> usize {
     (CUT_TRIM_WIDTHS * width_px).round().max(1.0) as usize
 }
 
-/// A length along the line in whole scan columns (rows), enough of them for a slope.
+/// A length along the line in whole scan columns (rows), at least as many as a slope needs.
 fn columns(length_px: f64) -> usize {
     (length_px.round() as usize).max(MIN_PIECE_POINTS - 1)
 }
 
-/// A step that counts, between lines through some points on either side.
+/// Limit for a step between lines fitted to points on either side.
 struct StepLimit {
     /// Points on either side.
     span: usize,
@@ -279,7 +279,7 @@ fn bends(across: &[f64], span: usize) -> Vec<f64> {
     bends
 }
 
-/// Per point: distance between the line through the points before it and the line through the points from it on, in
+/// Per point: distance between the line fitted to the points before it and the line fitted to those from it on, in
 /// limits.
 ///
 /// The lines are computed from running sums; `noise_px` holds the σ of every point.

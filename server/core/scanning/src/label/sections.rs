@@ -1,10 +1,11 @@
 //! Pieces of a moving scan, cut once more where their parts support different labels.
 //!
-//! A block exactly one wrap high continues a line without a measurable step. So every piece is first split into
-//! sections, one for each full sample, with only weak bonds between them; where their labels differ is a seam.
+//! A block exactly one wrap high continues a line without a measurable step. Every piece is therefore first split
+//! into sections, one for each full sample, with only weak bonds between them; a seam is where their labels
+//! differ.
 
 use super::pieces::Piece;
-use super::solve::relax::LabelOutcome;
+use super::solve::inference::LabelOutcome;
 use crate::params::{END_WIDTHS, SAMPLE_STRIDE_PX};
 
 /// Every piece as sections centred on full samples, at positions common to all frames.
@@ -15,7 +16,7 @@ pub fn sections(pieces: &[Piece]) -> Vec<Piece> {
 fn sections_of(piece: &Piece) -> impl Iterator<Item = Piece> + use<> {
     let (piece, end, length) = (*piece, piece.end_along(), SAMPLE_STRIDE_PX as i64);
     let first = (piece.along + length - 1).div_euclid(length) * length + length / 2;
-    // There is a full sample beyond the last seam, too.
+    // A full sample lies beyond the last seam as well.
     let seams = (first..end - length / 2).step_by(SAMPLE_STRIDE_PX);
     let starts = std::iter::once(piece.along).chain(seams.clone());
     let ends = seams.chain(std::iter::once(end));
@@ -53,8 +54,8 @@ pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
     pieces
 }
 
-/// Marks points near a seam between two pieces of different labels as doubtful: the seam's position is known to a
-/// section at best, and not better than the smoothing length.
+/// Marks points near a seam between two pieces of different labels as doubtful: the position of the seam is known
+/// no better than to a section or the smoothing length.
 pub fn doubt_seams(
     pieces: &[Piece],
     outcomes: &[LabelOutcome],
@@ -69,7 +70,7 @@ pub fn doubt_seams(
         let blur_px = END_WIDTHS * widths_px[before].max(widths_px[after]);
         (blur_px as i64).max(SAMPLE_STRIDE_PX as i64)
     };
-    let (mut parts, mut fates, mut labels_of_parts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut parts, mut part_outcomes, mut labels_of_parts) = (Vec::new(), Vec::new(), Vec::new());
     for (idx, piece) in pieces.iter().enumerate() {
         let (from, end) = (piece.along, piece.end_along());
         let start = if idx > 0 { (from + margin(idx - 1, idx)).min(end) } else { from };
@@ -79,15 +80,15 @@ pub fn doubt_seams(
         } else {
             LabelOutcome::Doubtful
         };
-        for (from, to, fate) in [(from, start, near), (start, stop, outcomes[idx]), (stop, end, near)] {
+        for (from, to, outcome) in [(from, start, near), (start, stop, outcomes[idx]), (stop, end, near)] {
             if from < to {
                 parts.push(piece.part(from, to));
-                fates.push(fate);
+                part_outcomes.push(outcome);
                 labels_of_parts.push(labels[idx]);
             }
         }
     }
-    (parts, fates, labels_of_parts)
+    (parts, part_outcomes, labels_of_parts)
 }
 
 #[cfg(test)]

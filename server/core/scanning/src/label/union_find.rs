@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_group_is_named_by_its_smallest_number() {
+    fn a_set_is_identified_by_its_smallest_number() {
         let mut groups = UnionFind::new(6);
         groups.join(5, 3);
         groups.join(4, 5);

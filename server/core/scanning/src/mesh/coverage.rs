@@ -1,4 +1,4 @@
-//! Which positions across the view are already covered by a layer, and at what depth.
+//! The lateral positions that are already covered by a layer, with the depth of the layer.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,8 +13,8 @@ pub(super) struct Coverage {
     cell_mm: f64,
     /// Layers closer than this in depth are the same surface.
     same_depth_mm: f64,
-    /// The first depth of every cell. Nearly all cells have only one: a list for each would take most of a mesh's
-    /// memory.
+    /// The first depth of every cell. Nearly all cells have only one: a list per cell would take most of the
+    /// memory of a mesh.
     first_mm: HashMap<Cell, f32>,
     /// Further depths of the few cells that have several.
     more_mm: HashMap<Cell, Vec<f32>>,
@@ -28,10 +28,10 @@ impl Coverage {
     /// Whether the centre of a triangle lies on a covered surface.
     pub(super) fn covers(&self, corners: &[Vector3<f64>; 3]) -> bool {
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        self.has_skin(self.cell(centre.x, centre.y), centre.z)
+        self.has_layer(self.cell(centre.x, centre.y), centre.z)
     }
 
-    fn has_skin(&self, cell: Cell, depth_mm: f64) -> bool {
+    fn has_layer(&self, cell: Cell, depth_mm: f64) -> bool {
         let is_same = |known_mm: &f32| (f64::from(*known_mm) - depth_mm).abs() <= self.same_depth_mm;
         self.first_mm.get(&cell).is_some_and(is_same)
             || self.more_mm.get(&cell).is_some_and(|depths_mm| depths_mm.iter().any(is_same))
@@ -47,14 +47,14 @@ impl Coverage {
                 let x = (column as f64 + 0.5) * self.cell_mm;
                 let y = (row as f64 + 0.5) * self.cell_mm;
                 if let Some(depth_mm) = depth_inside(corners, x, y) {
-                    self.lay((column, row), depth_mm);
+                    self.add_depth((column, row), depth_mm);
                 }
             }
         }
     }
 
-    fn lay(&mut self, cell: Cell, depth_mm: f64) {
-        if self.has_skin(cell, depth_mm) {
+    fn add_depth(&mut self, cell: Cell, depth_mm: f64) {
+        if self.has_layer(cell, depth_mm) {
             return;
         }
         match self.first_mm.entry(cell) {

@@ -1,11 +1,11 @@
 //! A surface mesh from the ordered profiles of a cloud.
 //!
-//! The points of one order form a grid: frame × position along the line. Neighbouring frames are stitched together,
-//! triangles with long edges or steep depth jumps are left out, and where several orders cover the same place the best
-//! of them is kept, so that the mesh has a single layer.
+//! The points of one order form a grid: frame × position along the line. Neighbouring frames are stitched
+//! together, triangles with long edges or steep depth steps are omitted, and where several orders cover the same
+//! area the best of them is kept, so that the mesh has a single layer.
 
 mod coverage;
-mod zip;
+mod stitch;
 
 use std::collections::BTreeMap;
 
@@ -32,8 +32,8 @@ pub struct Mesh {
 /// Limits of connectivity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshParams {
-    /// Longest lateral edge, in spacings of the grid (median along the line and along the travel, added in quadrature).
-    /// 3 bridges one missing neighbour on each side and no real gap.
+    /// Longest lateral edge, in spacings of the grid (median along the line and along the travel, added in
+    /// quadrature). 3 bridges one missing neighbour on each side, but no real gap.
     pub max_edge_spacings: f64,
     /// Steepest edge, mm of depth per mm across. 4 is 76°: steeper surfaces are interrupted by occlusion.
     pub max_slope: f64,
@@ -47,16 +47,17 @@ impl Default for MeshParams {
 
 /// Meshes a cloud: per order along line and travel, then merged into one layer.
 ///
-/// Orders are added from the smallest median σ to the largest (equal σ: from the lowest |order|); a triangle of a later
-/// order is kept only where its centre lies on no earlier layer (same place across, same depth within the edge limit).
-/// Seams between orders may leave slits of up to half a frame step. Points are not moved or smoothed.
+/// Orders are added from the smallest median σ to the largest (equal σ: from the lowest |order|); a triangle of a
+/// later order is kept only if its centre is not covered by an earlier layer (same lateral position, same depth
+/// within the edge limit). Gaps of up to half a frame step may remain at seams between orders. Points are not
+/// moved or smoothed.
 pub fn mesh_from_cloud(cloud: &Cloud, params: &MeshParams) -> Mesh {
     let mut layers: Vec<Layer> =
         points_by_order(&cloud.points).into_values().map(|idx| layer(cloud, &idx)).collect();
     layers.sort_by(|a, b| {
         a.sigma_mm.total_cmp(&b.sigma_mm).then(a.order.unsigned_abs().cmp(&b.order.unsigned_abs()))
     });
-    let Some(limits) = zip::Limits::from_layers(&cloud.points, &layers, params) else {
+    let Some(limits) = stitch::Limits::from_layers(&cloud.points, &layers, params) else {
         return Mesh { comments: cloud.comments.clone(), ..Mesh::default() };
     };
     let stage = StagePositions::from_comments(&cloud.comments);
@@ -70,8 +71,8 @@ pub fn mesh_from_cloud(cloud: &Cloud, params: &MeshParams) -> Mesh {
     let mut coverage = Coverage::new(limits.cell_mm, limits.edge_mm);
     let mut kept: Vec<[u32; 3]> = Vec::new();
     for layer in &layers {
-        let mut triangles = zip::triangles(&cloud.points, layer, &limits);
-        face_the_camera(&cloud.points, &mut triangles, camera_in);
+        let mut triangles = stitch::triangles(&cloud.points, layer, &limits);
+        orient_towards_camera(&cloud.points, &mut triangles, camera_in);
         let corners = |t: &[u32; 3]| t.map(|idx| position(&cloud.points[idx as usize]));
         triangles.retain(|t| !coverage.covers(&corners(t)));
         for triangle in &triangles {
@@ -140,7 +141,11 @@ pub(crate) fn position(point: &CloudPoint) -> Vector3<f64> {
 /// Orients all triangles of a layer alike: towards the camera, by the majority of their area.
 ///
 /// `camera_in`: position of the camera in a frame, part frame.
-fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]], camera_in: impl Fn(u32) -> Vector3<f64>) {
+fn orient_towards_camera(
+    points: &[CloudPoint],
+    triangles: &mut [[u32; 3]],
+    camera_in: impl Fn(u32) -> Vector3<f64>,
+) {
     let away: f64 = triangles
         .iter()
         .map(|triangle| {

@@ -26,7 +26,7 @@ fn area_mm2(mesh: &Mesh) -> f64 {
 }
 
 #[test]
-fn one_order_gives_one_closed_sheet_facing_the_camera() {
+fn one_order_gives_one_closed_layer_facing_the_camera() {
     for columns in [false, true] {
         let mesh = mesh_from_cloud(&scan(&[0], |_, _| 400.0, columns), &MeshParams::default());
         assert_eq!(mesh.vertices_mm.len(), 4000);
@@ -38,7 +38,7 @@ fn one_order_gives_one_closed_sheet_facing_the_camera() {
 }
 
 #[test]
-fn several_orders_leave_one_skin() {
+fn several_orders_give_one_layer() {
     let mesh = mesh_from_cloud(&scan(&[-2, -1, 0, 1, 2], |_, _| 400.0, false), &MeshParams::default());
     // Travel covers −6 … 25.5 mm; four seams may each gain or lose one frame step of 0.5 mm.
     let whole = 31.5 * 19.8;
@@ -47,7 +47,7 @@ fn several_orders_leave_one_skin() {
 }
 
 #[test]
-fn a_step_is_cut_and_a_slope_is_not() {
+fn a_step_interrupts_the_mesh_and_a_slope_does_not() {
     let step = |x: f64, _: f64| if x < 10.05 { 400.0 } else { 391.1 };
     let mesh = mesh_from_cloud(&scan(&[0], step, false), &MeshParams::default());
     let spans = |t: &[u32; 3]| {
@@ -61,7 +61,7 @@ fn a_step_is_cut_and_a_slope_is_not() {
 }
 
 #[test]
-fn a_profile_that_jumps_across_the_line_does_not_fall_out_of_step() {
+fn profiles_that_jump_across_the_line_stay_aligned() {
     // On a block the line is displaced by 4 mm across, and one frame is displaced where its neighbour is not.
     let mut cloud = scan(&[0], |_, _| 400.0, false);
     for point in &mut cloud.points {

@@ -1,6 +1,6 @@
-//! What was left out of a scan, and why.
+//! Points dropped from a scan, and the reasons.
 
-/// Why points were left out.
+/// Reason for which points are dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DropReason {
     /// The piece of line is too short to be labelled.
@@ -9,7 +9,7 @@ pub enum DropReason {
     NoHit,
     /// The point lies outside the depth range.
     OutsideDepth,
-    /// Another order fits the line about as well.
+    /// Another order has about the same score.
     Doubtful,
     /// Every order is contradicted by other lines: a reflection or a ghost.
     Contradicted,
@@ -32,7 +32,7 @@ impl DropReason {
     }
 }
 
-/// Counts of what was left out.
+/// Numbers of dropped points and pieces, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Dropped {
     points: [usize; DropReason::ALL.len()],
@@ -40,17 +40,17 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// Points left out for `reason`.
+    /// Points dropped for `reason`.
     pub fn n_points(&self, reason: DropReason) -> usize {
         self.points[reason as usize]
     }
 
-    /// Whole pieces of lines left out for `reason`; their points are counted as well.
+    /// Whole pieces of lines dropped for `reason`; their points are counted as well.
     pub fn n_pieces(&self, reason: DropReason) -> usize {
         self.pieces[reason as usize]
     }
 
-    /// Points left out for any reason.
+    /// Points dropped for any reason.
     pub fn total_points(&self) -> usize {
         self.points.iter().sum()
     }
@@ -61,7 +61,7 @@ impl Dropped {
     }
 
     /// Subtracts single points again.
-    pub fn take_back(&mut self, reason: DropReason, n_points: usize) {
+    pub fn subtract_points(&mut self, reason: DropReason, n_points: usize) {
         self.points[reason as usize] -= n_points;
     }
 

@@ -1,15 +1,16 @@
-//! The depths between which a line's image position alone determines its order.
+//! The depth range in which a line's image position alone determines its order (`docs/maths/labelling.md`,
+//! "Problem").
 
 use nalgebra::Vector2;
 use optics::{Calibration, DepthRangeMm};
 
-/// Places of the image that are sampled along each side; depths change smoothly over it.
-const N_ENVELOPE_PLACES: usize = 20;
+/// Nodes along each side of the image; depths change smoothly over it.
+const N_NODES: usize = 20;
 
 /// Depth range in which geometry alone determines the labels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthEnvelope {
-    /// The depths a scan allows.
+    /// The depth range of the scan.
     pub stated_mm: DepthRangeMm,
     /// The widest range around the middle of the stated one in which no pixel could belong to two orders.
     pub unambiguous_mm: DepthRangeMm,
@@ -25,15 +26,15 @@ impl DepthEnvelope {
 
 impl std::fmt::Display for DepthEnvelope {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (stated, alone) = (self.stated_mm, self.unambiguous_mm);
+        let (stated, unambiguous) = (self.stated_mm, self.unambiguous_mm);
         write!(f, "depths {:.1}–{:.1} mm allowed; ", stated.near_mm, stated.far_mm)?;
         if self.geometry_suffices() {
             return write!(f, "a line's image position alone determines its order");
         }
         write!(
             f,
-            "a line's image position alone determines its order within {:.1}–{:.1} mm, beyond it a second look by another order is needed",
-            alone.near_mm, alone.far_mm
+            "a line's image position alone determines its order within {:.1}–{:.1} mm, beyond it another order must observe the same surface",
+            unambiguous.near_mm, unambiguous.far_mm
         )
     }
 }
@@ -42,9 +43,7 @@ impl std::fmt::Display for DepthEnvelope {
 pub fn depth_envelope(calibration: &Calibration, stated_mm: DepthRangeMm) -> DepthEnvelope {
     let middle = stated_mm.middle_mm();
     let camera = &calibration.camera;
-    let nodes = |size_px: usize| {
-        (0..N_ENVELOPE_PLACES).map(move |i| (size_px - 1) as f64 * i as f64 / (N_ENVELOPE_PLACES - 1) as f64)
-    };
+    let nodes = |size_px: usize| (0..N_NODES).map(move |i| (size_px - 1) as f64 * i as f64 / (N_NODES - 1) as f64);
     let mut half = middle;
     for v_px in nodes(camera.height_px) {
         for u_px in nodes(camera.width_px) {

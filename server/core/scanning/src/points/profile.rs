@@ -13,10 +13,10 @@ use crate::points::dropped::{DropReason, Dropped};
 pub struct ProfilePoint {
     /// Diffraction order of its line.
     pub order: i8,
-    /// Where the light hit.
+    /// The lit point of the surface.
     pub hit_in_camera: PointMm<CameraFrame>,
     /// The centreline point in the image.
-    pub seen: CentrelinePoint,
+    pub centreline: CentrelinePoint,
     /// Standard deviation along the camera ray from image noise alone.
     pub noise_sigma_mm: f64,
 }
@@ -26,14 +26,14 @@ pub struct ProfilePoint {
 pub struct Profile {
     /// Points, ordered by order, then along the line.
     pub points: Vec<ProfilePoint>,
-    /// Per segment of the centrelines: the order of most of its points, `None` if they were left out.
+    /// Per segment of the centrelines: the order of its longest labelled piece, `None` without one.
     pub labels: Vec<Option<i8>>,
-    /// Points and pieces of lines left out.
+    /// Dropped points and pieces of lines.
     pub dropped: Dropped,
 }
 
 /// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the order of the lines
-/// across the image. Ambiguous lines are left out and counted as [`DropReason::Doubtful`].
+/// across the image. Ambiguous lines are dropped and counted as [`DropReason::Doubtful`].
 ///
 /// Within [`crate::points::envelope::depth_envelope`] every line gets its label; beyond it only where ranks decide. For
 /// many frames, [`Profile::fill`] reuses the memory of a profile.
@@ -62,18 +62,18 @@ pub(crate) fn profile_of_frame(
 
 /// The points of one piece of a line, and the hits of their rays.
 #[derive(Debug, Default)]
-struct Sightings {
+struct PieceHits {
     u_px: Vec<f64>,
     v_px: Vec<f64>,
     hits: Hits,
 }
 
-impl Sightings {
-    fn take(&mut self, points: &[CentrelinePoint], order_idx: usize, triangulator: &Triangulator) {
+impl PieceHits {
+    fn triangulate(&mut self, points: &[CentrelinePoint], order_idx: usize, triangulator: &Triangulator) {
         self.u_px.clear();
         self.v_px.clear();
-        self.u_px.extend(points.iter().map(|seen| seen.u_px));
-        self.v_px.extend(points.iter().map(|seen| seen.v_px));
+        self.u_px.extend(points.iter().map(|centreline| centreline.u_px));
+        self.v_px.extend(points.iter().map(|centreline| centreline.v_px));
         triangulator.triangulate_all(order_idx, &self.u_px, &self.v_px, &mut self.hits);
     }
 }
@@ -98,7 +98,7 @@ impl Profile {
         depth_range_mm: DepthRangeMm,
     ) {
         let orders = &triangulator.calibration().orders;
-        let mut sightings = Sightings::default();
+        let mut piece_hits = PieceHits::default();
         let first = labels.pieces.partition_point(|piece| piece.frame < frame);
         let end = labels.pieces.partition_point(|piece| piece.frame <= frame);
         self.points.clear();
@@ -124,28 +124,28 @@ impl Profile {
         kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
         self.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
         for (piece, idx) in kept {
-            sightings.take(piece.points(lines), idx, triangulator);
-            self.add(piece.points(lines), orders[idx], &sightings.hits, depth_range_mm);
+            piece_hits.triangulate(piece.points(lines), idx, triangulator);
+            self.add(piece.points(lines), orders[idx], &piece_hits.hits, depth_range_mm);
         }
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
+        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }
 
     /// Adds the points within the depth range; counts the others.
     fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
         let (mut n_missed, mut n_outside) = (0, 0);
-        for (idx, seen) in points.iter().enumerate() {
+        for (idx, centreline) in points.iter().enumerate() {
             let hit = hits.at(idx);
             let depth_mm = hit.in_camera.xyz.z;
             if depth_range_mm.contains(depth_mm) {
-                let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+                let noise_sigma_mm = hit.noise_sigma_mm(&centreline.normal, centreline.sigma_px);
                 self.points.push(ProfilePoint {
                     order,
                     hit_in_camera: hit.in_camera,
-                    seen: *seen,
+                    centreline: *centreline,
                     noise_sigma_mm,
                 });
             } else if depth_mm.is_nan() {

@@ -45,7 +45,7 @@ impl<'a> Profiles<'a> {
         Self { frames, labels, calibration, triangulator, depth_range_mm, kept }
     }
 
-    /// Its triangulator.
+    /// The triangulator of its calibration.
     pub fn triangulator(&self) -> &Triangulator {
         &self.triangulator
     }
@@ -66,7 +66,7 @@ impl<'a> Profiles<'a> {
         }
     }
 
-    /// The points of a frame that are left out but could have a label ([`Labels::candidates`]).
+    /// The points of a frame that were rejected but could have a label ([`Labels::candidates`]).
     pub fn candidates_of(&self, frame: usize, lines: &Centrelines) -> Profile {
         let labels = self.labels.candidates(frame, lines);
         profile_of_frame(lines, frame, &labels, &self.triangulator, self.depth_range_mm)

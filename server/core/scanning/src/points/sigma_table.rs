@@ -1,4 +1,5 @@
-//! The calibration's own σ at every point, from a coarse table: its exact value needs 19 × 19 products.
+//! Systematic σ of the calibration at every point, interpolated from a coarse table: the exact value needs 19 × 19
+//! products.
 
 use nalgebra::Vector2;
 use optics::Calibration;

@@ -1,4 +1,5 @@
-//! Drift of the wavelength and of the stage's scale, from two orders observing the same place.
+//! Drift of the wavelength and of the stage's scale, from two orders observing the same surface
+//! (`docs/maths/watches.md`).
 //!
 //! Where order b observes what order a observed, their depths differ by −Σ (J_b − J_a)·θ, where θ holds the deviations
 //! from the calibration: λ/d, which shifts order m by m times as much; the stage's scale, which shifts positions along
@@ -6,16 +7,16 @@
 //! its travel, which shifts depths by the same distance; and the errors of the calibration itself, which are known to
 //! ±1 of its modes. All are fitted together.
 //!
-//! λ/d and tilt have nearly the same effect: order m crosses a place at a distance of m·Z·λ/d along the travel from
-//! where order 0 crosses it. So λ/d is stated twice, with the stage as calibrated, and with an unknown tilt.
+//! λ/d and tilt have nearly the same effect: order m crosses a point of the surface at a distance of m·Z·λ/d along
+//! the travel from order 0. So λ/d is estimated twice, with the stage as calibrated, and with a free tilt.
 
 use nalgebra::Vector3;
 use optics::{Calibration, LightSurfaces, Stage};
 
-use crate::params::watches::{CORRECTION_LEAST_RELATIVE, DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
+use crate::params::watches::{DRIFT_PLACES, DRIFT_STEP, MAX_SCALE_SIGMA, MIN_CORRECTION_RELATIVE, WARN_SIGMAS};
 use crate::threads::map_with;
 use crate::watches::fit::{Difference, Fitted, fit};
-use crate::watches::places::{Place, Strips};
+use crate::watches::places::{OrderSamples, Place};
 
 /// A value and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,31 +44,30 @@ impl Estimate {
 pub struct Drift {
     /// Relative change of λ/d, with the stage as calibrated; `None` for light surfaces without a wavelength.
     pub wavelength: Option<Estimate>,
-    /// The same with an unknown tilt of the travel.
-    pub wavelength_by_any_tilt: Option<Estimate>,
-    /// The tilt of the travel, rad, towards greater depths, that is most similar in effect to the change of
-    /// `wavelength`.
-    pub tilt_alike_rad: Option<f64>,
+    /// The same with the tilt of the travel as a free parameter.
+    pub wavelength_with_free_tilt: Option<Estimate>,
+    /// The tilt of the travel, rad, towards greater depths, whose effect is most similar to that of `wavelength`.
+    pub equivalent_tilt_rad: Option<f64>,
     /// Mean depth error of the order with the largest error, mm per unit of `wavelength`.
     pub depth_mm_by_wavelength: f64,
     /// Depth in the middle of the calibrated range, mm.
     pub depth_mm: f64,
-    /// What the stage travels more than it says, relative; `None` where no slope shows it.
+    /// Relative excess of the stage's true travel over the stated travel; `None` without suitable slopes.
     pub stage_scale: Option<Estimate>,
-    /// Number of positions used.
+    /// Number of points used.
     pub n_places: usize,
 }
 
 impl Drift {
-    /// The change of λ/d by which a scan may be corrected: significant with the stage as calibrated and with any tilt
-    /// of it, and large enough to matter.
+    /// The change of λ/d by which a scan may be corrected: significant both with the stage as calibrated and with
+    /// a free tilt, and large enough to matter.
     pub fn correction(&self) -> Option<Estimate> {
         let matters = |wavelength: &Estimate| {
             let error_mm = (wavelength.value * self.depth_mm_by_wavelength).abs();
-            wavelength.is_beyond(WARN_SIGMAS) && error_mm >= CORRECTION_LEAST_RELATIVE * self.depth_mm
+            wavelength.is_beyond(WARN_SIGMAS) && error_mm >= MIN_CORRECTION_RELATIVE * self.depth_mm
         };
         self.wavelength.filter(matters)?;
-        self.wavelength_by_any_tilt.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))
+        self.wavelength_with_free_tilt.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))
     }
 }
 
@@ -86,11 +86,11 @@ const TILT: usize = 1;
 const SCALE: usize = 2;
 const FIRST_MODE: usize = 3;
 
-/// The drift since the calibration; `None` where hardly any place was observed by two orders.
-pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
+/// The drift since the calibration; `None` if two orders observed too little common surface.
+pub fn drift(samples_of_orders: &OrderSamples, calibration: &Calibration) -> Option<Drift> {
     let stepped = Stepped::new(calibration)?;
-    let places = strips.places(DRIFT_PLACES);
-    let evaluated = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
+    let places = samples_of_orders.places(DRIFT_PLACES);
+    let evaluated = |(): &mut (), idx: usize| stepped.difference(samples_of_orders, &places[idx]);
     let evaluated: Vec<Evaluated> = map_with(places.len(), 16, || (), evaluated).into_iter().flatten().collect();
     let differences: Vec<Difference> = evaluated.iter().map(|place| place.difference.clone()).collect();
     let known: Vec<bool> = (0..stepped.to.len()).map(|idx| idx >= FIRST_MODE).collect();
@@ -104,15 +104,19 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
     if has_wavelength && wavelength.is_none() {
         return None;
     }
-    let by_any_tilt = has_wavelength.then(|| with(&[WAVELENGTH, TILT])).flatten();
+    let with_free_tilt = has_wavelength.then(|| with(&[WAVELENGTH, TILT])).flatten();
     let free: &[usize] = if has_wavelength { &[SCALE, WAVELENGTH] } else { &[SCALE] };
-    let stage_scale = with(free).map(|fitted| estimate(&fitted, 0)).filter(|scale| scale.sigma <= SCALE_BLIND);
+    let stage_scale = with(free).map(|fitted| estimate(&fitted, 0)).filter(|scale| scale.sigma <= MAX_SCALE_SIGMA);
     Some(Drift {
         wavelength,
-        wavelength_by_any_tilt: by_any_tilt.map(|fitted| estimate(&fitted, 0)),
-        tilt_alike_rad: wavelength
+        wavelength_with_free_tilt: with_free_tilt.map(|fitted| estimate(&fitted, 0)),
+        equivalent_tilt_rad: wavelength
             .and_then(|wavelength| Some(wavelength.value * tilt_by_wavelength(&differences)?)),
-        depth_mm_by_wavelength: if has_wavelength { largest_mean(&evaluated, strips.orders().len()) } else { 0.0 },
+        depth_mm_by_wavelength: if has_wavelength {
+            largest_mean(&evaluated, samples_of_orders.orders().len())
+        } else {
+            0.0
+        },
         depth_mm: calibration.depth_range_mm.middle_mm(),
         stage_scale,
         n_places: differences.len(),
@@ -134,14 +138,14 @@ fn tilt_by_wavelength(differences: &[Difference]) -> Option<f64> {
 /// Mean change of depth per unit of wavelength, of the order whose depths change most.
 fn largest_mean(evaluated: &[Evaluated], n_orders: usize) -> f64 {
     let mut sums = vec![(0.0, 0.0); n_orders];
-    for (order, change) in evaluated.iter().flat_map(|looked| looked.by_wavelength) {
+    for (order, change) in evaluated.iter().flat_map(|evaluated| evaluated.by_wavelength) {
         sums[order].0 += change;
         sums[order].1 += 1.0;
     }
     sums.into_iter().filter(|(_, n)| *n > 0.0).map(|(sum, n): (f64, f64)| (sum / n).abs()).fold(0.0, f64::max)
 }
 
-/// Evaluation of one position.
+/// Evaluation of one point.
 struct Evaluated {
     difference: Difference,
     /// Index and change of depth per unit of wavelength of both orders.
@@ -167,11 +171,11 @@ impl<'a> Stepped<'a> {
             stage.direction += by * DRIFT_STEP;
             Calibration { stage: Some(stage.into()), ..from.clone() }
         };
-        let coloured = with_wavelength_changed(from, DRIFT_STEP);
+        let wavelength_stepped = with_wavelength_changed(from, DRIFT_STEP);
         let has_wavelength = matches!(from.light, LightSurfaces::Grating(_));
         let modes = from.sigma_modes();
         let sizes = [DRIFT_STEP; FIRST_MODE].into_iter().chain(modes.iter().map(|_| 1.0)).collect();
-        let to = [coloured, moved(depth), moved(along)].into_iter();
+        let to = [wavelength_stepped, moved(depth), moved(along)].into_iter();
         Some(Self {
             from,
             to: to.chain(modes.iter().map(|mode| from.stepped(mode))).collect(),
@@ -180,8 +184,8 @@ impl<'a> Stepped<'a> {
         })
     }
 
-    fn difference(&self, strips: &Strips, place: &Place) -> Option<Evaluated> {
-        let changes = |order, seen| strips.depth_changes(self.from, &self.to, order, seen, place);
+    fn difference(&self, samples_of_orders: &OrderSamples, place: &Place) -> Option<Evaluated> {
+        let changes = |order, seen| samples_of_orders.depth_changes(self.from, &self.to, order, seen, place);
         let own = changes(place.order, (place.sample.pixel, place.sample.position_mm))?;
         let others = changes(place.other, (place.surface.pixel, place.surface.position_mm))?;
         let per_step = |(own, other): (&f64, &f64), size: &f64| (other - own) / size;

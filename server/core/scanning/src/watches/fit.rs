@@ -1,4 +1,4 @@
-//! Least squares of differences between orders, with prior knowledge of some parameters.
+//! Least squares fit of differences between orders, with priors for some parameters.
 //!
 //! θ̂ = H⁻¹ Σ w a d with H = Σ w a aᵀ + P, where P holds 1 for parameters with a prior of 0 ± 1 and 0 for free ones.
 //! Neighbouring differences share speckle and surface, so the covariance is H⁻¹ (B + P) H⁻¹ with B = Σ_c g_c g_cᵀ over
@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use statistics::{SIGMA_PER_MAD, median};
 
-use crate::params::watches::{CUT_SIGMAS, FIT_ROUNDS, SHARED_DIFFERENCES};
+use crate::params::watches::{FIT_ROUNDS, OUTLIER_SIGMAS, SHARED_DIFFERENCES};
 
-/// One difference between two orders at a place.
+/// One difference between two orders at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Its derivative with respect to each parameter.
@@ -31,8 +31,8 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
 }
 
-/// Fits the parameters `chosen` of `differences`; those with `known` have a prior of 0 ± 1. `None` where there are
-/// fewer clusters than free parameters, or the parameters are not determined.
+/// Fits the parameters `chosen` of `differences`; those with `known` have a prior of 0 ± 1. `None` if there are
+/// too few clusters, or the parameters are not determined.
 pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Option<Fitted> {
     let n = chosen.len();
     let rows: Vec<DVector<f64>> = differences
@@ -49,7 +49,7 @@ pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Opti
         // Without any noise all weights are equal.
         let scale = SIGMA_PER_MAD * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())?;
         let variance = scale.powi(2).max(f64::MIN_POSITIVE) * SHARED_DIFFERENCES;
-        let weight = |r: &f64| if r.abs() <= CUT_SIGMAS * scale { 1.0 / variance } else { 0.0 };
+        let weight = |r: &f64| if r.abs() <= OUTLIER_SIGMAS * scale { 1.0 / variance } else { 0.0 };
         weights = residuals.iter().map(weight).collect();
         let (mut normal, mut right) = (prior.clone(), DVector::zeros(n));
         for ((row, of), weight) in rows.iter().zip(differences).zip(&weights) {
@@ -69,10 +69,10 @@ pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Opti
     if n_clusters < 2 * n_free + 2 {
         return None;
     }
-    let taken_up = n_clusters as f64 / (n_clusters - n_free) as f64;
+    let small_sample_factor = n_clusters as f64 / (n_clusters - n_free) as f64;
     let mut spread = prior;
     for shared in clusters.values() {
-        spread.ger(taken_up, shared, shared, 1.0);
+        spread.ger(small_sample_factor, shared, shared, 1.0);
     }
     Some(Fitted { parameters, covariance: &inverse * spread * &inverse })
 }

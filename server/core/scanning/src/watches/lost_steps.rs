@@ -1,18 +1,19 @@
 //! The lost-step watch: detects that the stage is not at its stated position from some frame on.
 //!
-//! Each order observes a place of the part at another position of the stage. While the stage is at its stated position,
-//! their surfaces coincide. After a loss of δ along the travel, surface observed from then on is shifted by δ relative
-//! to what the other orders observed before: on a slope g of depth along the travel the difference in depth is g·δ, and
-//! without a slope it is zero.
+//! Each order observes a point of the part at another position of the stage. While the stage is at its stated
+//! position, the surfaces of all orders coincide. After a loss of δ along the travel, surface observed from then
+//! on is shifted by δ relative to what the other orders observed before: on a slope g of depth along the travel
+//! the difference in depth is g·δ, and without a slope it is zero.
 //!
-//! Method, frame by frame: every line is reduced to one position and depth in each of some columns; each is compared
-//! with the surface that every other order observed earlier, minus the usual difference of the two in that column; a
-//! straight line fitted to difference over slope gives δ of this frame and pair with its variance. Then, for every
-//! frame of the last [`REACH_FRAMES`] as a possible jump: the mean of δ since then, against surface observed before it,
-//! minus the mean before it, in its standard deviations (a generalised likelihood ratio test for a step in known
-//! noise).
+//! Method, frame by frame: every line is reduced to one position and depth in each of some columns; each is
+//! compared with the surface that every other order observed earlier, minus the baseline difference of the two in
+//! that column; a straight line fitted to difference over slope gives δ of this frame and pair with its variance.
+//! Then, for every frame of the last [`DETECTION_FRAMES`] as a possible jump: the mean of δ since then, against
+//! surface observed before it, minus the mean before it, in its standard deviations (a generalised likelihood
+//! ratio test for a step in known noise).
 //!
-//! Blind on plates and on ramps of constant slope, and before two orders have observed the same places for some frames.
+//! Blind on plates and on ramps of constant slope, and before two orders have observed the same surface for some
+//! frames.
 
 use std::collections::VecDeque;
 
@@ -20,11 +21,11 @@ use optics::{Calibration, Stage, StagePosition};
 use statistics::median;
 
 use crate::params::lost_steps::{
-    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, FEWEST_DIFFERENCES, FEWEST_FRAMES,
-    FEWEST_USUAL, LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
+    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, DETECTION_FRAMES, MIN_BASELINE_DIFFERENCES,
+    MIN_DIFFERENCES, MIN_FRAMES, MIN_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS,
 };
 use crate::points::profile::Profile;
-use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};
+use crate::watches::samples::{FrameSamples, LineSampler, Sample, line_through, surface_at};
 
 /// Lost steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +33,7 @@ pub struct LostSteps {
     /// The first frame, counted from 0, at which the stage was not at its stated position; known to a few frames.
     pub first_frame: usize,
     /// The frame at which the loss was detected.
-    pub noticed_frame: usize,
+    pub detected_frame: usize,
     /// The stated stage position at `first_frame`, mm.
     pub position_mm: f64,
     /// Lag behind the stated position since then, mm.
@@ -41,7 +42,7 @@ pub struct LostSteps {
     pub sigma_mm: f64,
 }
 
-/// The lag that one frame of one order shows against the surface of another.
+/// The lag of one frame of one order relative to the surface of another.
 #[derive(Debug, Clone, Copy)]
 struct Evidence {
     frame: usize,
@@ -62,44 +63,45 @@ struct DepthDifference {
     reference: usize,
 }
 
-/// Recent depth differences of a pair in a bin.
+/// Recent depth differences of a pair of orders in a bin, as the baseline of later ones.
 #[derive(Debug, Clone, Default)]
-struct Usual(VecDeque<(usize, f64)>);
+struct Baseline(VecDeque<(usize, f64)>);
 
-impl Usual {
+impl Baseline {
     fn note(&mut self, frame: usize, depth_mm: f64) {
         self.0.push_back((frame, depth_mm));
-        let oldest = frame.saturating_sub(REACH_FRAMES + BASELINE_FRAMES);
+        let oldest = frame.saturating_sub(DETECTION_FRAMES + BASELINE_FRAMES);
         while self.0.front().is_some_and(|(at, _)| *at < oldest) {
             self.0.pop_front();
         }
     }
 
-    /// Their mean before a jump that a frame may show; `None` if there are too few.
+    /// Their mean, without the last [`DETECTION_FRAMES`] before `frame`, which may contain a jump; `None` if there
+    /// are too few.
     fn mean(&self, frame: usize) -> Option<f64> {
         let (mut n, mut sum) = (0, 0.0);
-        for (_, depth_mm) in self.0.iter().take_while(|(at, _)| at + REACH_FRAMES <= frame) {
+        for (_, depth_mm) in self.0.iter().take_while(|(at, _)| at + DETECTION_FRAMES <= frame) {
             n += 1;
             sum += depth_mm;
         }
-        (n >= FEWEST_USUAL).then(|| sum / f64::from(n))
+        (n >= MIN_BASELINE_DIFFERENCES).then(|| sum / f64::from(n))
     }
 }
 
-/// The watch; it takes every frame of a scan in the order of travel.
+/// The watch; it needs every frame of a scan in the order of travel.
 #[derive(Debug)]
 pub struct LostStepsWatch {
-    condenser: Condenser,
+    sampler: LineSampler,
     stage: Stage,
     /// Depth in the middle of the calibrated range.
     depth_mm: f64,
-    /// Surface of each order, bin by bin from that in the middle; samples in the order of travel.
+    /// Surface of each order by bin; samples in the order of travel.
     surfaces: Vec<Vec<Vec<Sample>>>,
-    /// Usual differences of pairs of orders, by pair, then bin.
-    usual: Vec<Vec<Usual>>,
+    /// Baseline differences of pairs of orders, by pair, then bin.
+    baselines: Vec<Vec<Baseline>>,
     positions_mm: Vec<f64>,
     evidence: VecDeque<Evidence>,
-    /// Standard deviations of the steps searched for [`REACH_FRAMES`] / 2 before each frame.
+    /// Standard deviations of the steps searched for [`DETECTION_FRAMES`] / 2 before each frame.
     sigmas_mm: Vec<f64>,
     n_frames: usize,
     /// Frames before this one are ignored.
@@ -109,12 +111,12 @@ pub struct LostStepsWatch {
 impl LostStepsWatch {
     /// `None` for a station without a linear stage, or with one that moves along the view.
     pub fn new(calibration: &Calibration) -> Option<Self> {
-        let condenser = Condenser::new(calibration)?;
-        let surfaces = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
-        let usual = vec![vec![Usual::default(); condenser.n_bins]; condenser.orders.len().pow(2)];
+        let sampler = LineSampler::new(calibration)?;
+        let surfaces = vec![vec![Vec::new(); sampler.n_bins]; sampler.orders.len()];
+        let baselines = vec![vec![Baseline::default(); sampler.n_bins]; sampler.orders.len().pow(2)];
         Some(Self {
-            condenser,
-            usual,
+            sampler,
+            baselines,
             stage: calibration.stage?,
             depth_mm: calibration.depth_range_mm.middle_mm(),
             surfaces,
@@ -126,11 +128,11 @@ impl LostStepsWatch {
         })
     }
 
-    /// Takes the next frame, with its stated stage position, and returns a loss if one is detected. Observations before
-    /// the loss are then dropped.
+    /// Adds the next frame, with its stated stage position, and returns a loss if one is detected. Observations
+    /// before the loss are then discarded.
     pub fn note(&mut self, profile: &Profile, position_mm: f64) -> Option<LostSteps> {
         let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
-        let samples = self.condenser.samples(&profile.points, &motion, position_mm, self.n_frames);
+        let samples = self.sampler.samples(&profile.points, &motion, position_mm, self.n_frames);
         self.note_samples(samples, position_mm)
     }
 
@@ -139,78 +141,79 @@ impl LostStepsWatch {
         let frame = self.n_frames;
         self.n_frames += 1;
         self.positions_mm.push(position_mm);
-        let n_orders = self.condenser.orders.len();
-        for (order, seen) in samples.iter().enumerate() {
+        let n_orders = self.sampler.orders.len();
+        for (order, of_order) in samples.iter().enumerate() {
             for other in (0..n_orders).filter(|other| *other != order) {
                 let pair = order * n_orders + other;
-                let differences = self.differences(seen, other);
-                self.evidence.extend(self.beyond_the_usual(&differences, (frame, pair)));
+                let differences = self.differences(of_order, other);
+                self.evidence.extend(self.lag_evidence(&differences, (frame, pair)));
                 for difference in differences {
-                    self.usual[pair][difference.bin].note(frame, difference.depth_mm);
+                    self.baselines[pair][difference.bin].note(frame, difference.depth_mm);
                 }
             }
         }
-        for (order, seen) in samples.into_iter().enumerate() {
-            for (bin, sample) in seen {
+        for (order, of_order) in samples.into_iter().enumerate() {
+            for (bin, sample) in of_order {
                 self.surfaces[order][bin].push(sample);
             }
         }
-        let oldest = frame.saturating_sub(REACH_FRAMES + BASELINE_FRAMES);
+        let oldest = frame.saturating_sub(DETECTION_FRAMES + BASELINE_FRAMES);
         while self.evidence.front().is_some_and(|evidence| evidence.frame < oldest) {
             self.evidence.pop_front();
         }
-        let middle = (frame + 1).checked_sub(REACH_FRAMES / 2);
+        let middle = (frame + 1).checked_sub(DETECTION_FRAMES / 2);
         self.sigmas_mm.extend(middle.and_then(|at| self.step_at(at)).map(|(_, sigma_mm)| sigma_mm));
         let found = self.likeliest_jump(frame);
         if let Some(found) = &found {
             self.since = found.first_frame;
             self.evidence.clear();
-            self.usual.iter_mut().flatten().for_each(|usual| usual.0.clear());
+            self.baselines.iter_mut().flatten().for_each(|baseline| baseline.0.clear());
             let since = self.since;
-            let forget = |samples: &mut Vec<Sample>| samples.retain(|sample| sample.frame >= since);
-            self.surfaces.iter_mut().flatten().for_each(forget);
+            let drop_older = |samples: &mut Vec<Sample>| samples.retain(|sample| sample.frame >= since);
+            self.surfaces.iter_mut().flatten().for_each(drop_older);
         }
         found
     }
 
     /// Depths of one order relative to the surface of `other`, bin by bin.
-    fn differences(&self, seen: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
+    fn differences(&self, of_order: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
         let difference = |(bin, sample): &(usize, Sample)| {
             let place = surface_at(&self.surfaces[other][*bin], sample.along_mm)?;
             let depth_mm = sample.depth_mm - place.depth_mm;
             Some(DepthDifference { bin: *bin, slope: place.slope, depth_mm, reference: place.last_frame })
         };
-        seen.iter().filter_map(difference).collect()
+        of_order.iter().filter_map(difference).collect()
     }
 
-    /// Lag of a frame of one order behind the surface of another, from a line fitted to differences over slopes. The
-    /// usual difference in a bin is subtracted: errors of the calibration stay in place while the part moves.
-    fn beyond_the_usual(&self, found: &[DepthDifference], (frame, pair): (usize, usize)) -> Option<Evidence> {
+    /// Lag of a frame of one order behind the surface of another, from a line fitted to differences over slopes.
+    /// The baseline difference in a bin is subtracted: errors of the calibration are constant in the image while
+    /// the part moves.
+    fn lag_evidence(&self, found: &[DepthDifference], (frame, pair): (usize, usize)) -> Option<Evidence> {
         let mut reference = 0;
         let mut differences: Vec<[f64; 2]> = Vec::with_capacity(found.len());
         for difference in found {
-            let Some(usual_mm) = self.usual[pair][difference.bin].mean(frame) else { continue };
-            differences.push([difference.slope, difference.depth_mm - usual_mm]);
+            let Some(baseline_mm) = self.baselines[pair][difference.bin].mean(frame) else { continue };
+            differences.push([difference.slope, difference.depth_mm - baseline_mm]);
             reference = reference.max(difference.reference);
         }
         let (slope, constant, scatter) = line_through(&differences)?;
         differences.retain(|[x, y]| (y - constant - slope * x).abs() <= OUTLIER_SIGMAS * scatter);
-        if differences.len() < FEWEST_DIFFERENCES {
+        if differences.len() < MIN_DIFFERENCES {
             return None;
         }
         let (lag_mm, _, scatter) = line_through(&differences)?;
         let mean = differences.iter().map(|[x, _]| x).sum::<f64>() / differences.len() as f64;
         let spread: f64 = differences.iter().map(|[x, _]| (x - mean).powi(2)).sum();
-        if spread < LEAST_SLOPE_SPREAD.powi(2) * differences.len() as f64 {
+        if spread < MIN_SLOPE_SPREAD.powi(2) * differences.len() as f64 {
             return None;
         }
         Some(Evidence { frame, reference, pair, lag_mm, variance: scatter.powi(2) / spread })
     }
 
-    /// The smallest loss that would have been detected in most frames in which one is possible, mm; `None` where there
-    /// is hardly any such frame, or the loss is large: no slopes, or too little overlap of the orders.
-    pub fn smallest_noticed_mm(&self) -> Option<f64> {
-        if self.sigmas_mm.len() < REACH_FRAMES {
+    /// The smallest loss that would have been detected in most frames, mm; `None` if it is large or known for too
+    /// few frames: no slopes, or too little overlap of the orders.
+    pub fn smallest_detectable_mm(&self) -> Option<f64> {
+        if self.sigmas_mm.len() < DETECTION_FRAMES {
             return None;
         }
         let alarm_mm = ALARM_RELATIVE * self.depth_mm;
@@ -221,13 +224,13 @@ impl LostStepsWatch {
 
     /// The jump that best explains the last frames, if it is significant.
     fn likeliest_jump(&self, frame: usize) -> Option<LostSteps> {
-        let earliest = (self.since + FEWEST_FRAMES).max((frame + 1).saturating_sub(REACH_FRAMES));
-        let latest = (frame + 1).checked_sub(FEWEST_FRAMES)?;
+        let earliest = (self.since + MIN_FRAMES).max((frame + 1).saturating_sub(DETECTION_FRAMES));
+        let latest = (frame + 1).checked_sub(MIN_FRAMES)?;
         let jumps = (earliest..=latest).filter_map(|first_frame| {
             let (lag_mm, sigma_mm) = self.step_at(first_frame)?;
             Some(LostSteps {
                 first_frame,
-                noticed_frame: frame,
+                detected_frame: frame,
                 position_mm: self.positions_mm[first_frame],
                 lag_mm,
                 sigma_mm,
@@ -242,7 +245,7 @@ impl LostStepsWatch {
 
     /// The step of the lag at a frame and its standard deviation, over all pairs of orders.
     fn step_at(&self, first_frame: usize) -> Option<(f64, f64)> {
-        let n_pairs = self.condenser.orders.len().pow(2);
+        let n_pairs = self.sampler.orders.len().pow(2);
         let (mut before, mut after) = (vec![Mean::default(); n_pairs], vec![Mean::default(); n_pairs]);
         for evidence in &self.evidence {
             if evidence.frame < first_frame {
@@ -253,13 +256,14 @@ impl LostStepsWatch {
         }
         let (mut weighted, mut weight) = (0.0, 0.0);
         for (before, after) in before.iter().zip(&after) {
-            let (Some((was_mm, was_variance)), Some((is_mm, is_variance))) = (before.value(), after.value())
+            let (Some((before_mm, before_variance)), Some((after_mm, after_variance))) =
+                (before.value(), after.value())
             else {
                 continue;
             };
-            // If lags scatter more than stated, the excess affects their means as well.
-            let variance = (was_variance + is_variance) * before.excess(after);
-            weighted += (is_mm - was_mm) / variance;
+            // If lags scatter more than stated, so do their means.
+            let variance = (before_variance + after_variance) * before.excess(after);
+            weighted += (after_mm - before_mm) / variance;
             weight += 1.0 / variance;
         }
         (weight > 0.0).then(|| (weighted / weight, (1.0 / weight).sqrt() * NOISE_INFLATION))
@@ -286,11 +290,11 @@ impl Mean {
     /// Ratio of the scatter about this mean and another to the stated one, at least 1.
     fn excess(&self, other: &Self) -> f64 {
         let chi_square = |mean: &Self| mean.squares - mean.weighted.powi(2) / mean.weight;
-        let freedoms = (self.n + other.n).saturating_sub(2).max(1);
-        ((chi_square(self) + chi_square(other)) / freedoms as f64).max(1.0)
+        let degrees_of_freedom = (self.n + other.n).saturating_sub(2).max(1);
+        ((chi_square(self) + chi_square(other)) / degrees_of_freedom as f64).max(1.0)
     }
 
     fn value(&self) -> Option<(f64, f64)> {
-        (self.n >= FEWEST_FRAMES).then(|| (self.weighted / self.weight, 1.0 / self.weight))
+        (self.n >= MIN_FRAMES).then(|| (self.weighted / self.weight, 1.0 / self.weight))
     }
 }

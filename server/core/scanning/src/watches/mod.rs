@@ -1,13 +1,12 @@
-//! Watches: checks of the station from several orders, each of which observes a place of the part at another position
-//! of the stage.
-//! `docs/maths/watches.md`.
+//! Watches: checks of the station from several orders, each of which observes a point of the part at another
+//! position of the stage. `docs/maths/watches.md`.
 
 mod drift;
 mod fit;
 mod lost_steps;
 mod order_powers;
 mod places;
-mod strips;
+mod samples;
 mod verdicts;
 
 pub use drift::{Drift, Estimate, with_wavelength_changed};
@@ -19,19 +18,20 @@ use optics::Calibration;
 
 use crate::error::ScanError;
 use crate::evaluation::Evaluation;
-use places::Strips;
-use strips::Condenser;
+use places::OrderSamples;
+use samples::LineSampler;
 
 /// Results of the watches for a scan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WatchReport {
     /// Lost steps, in the order of travel.
     pub lost_steps: Vec<LostSteps>,
-    /// The smallest loss that would have been detected on most of this part, mm; `None` where none would.
+    /// The smallest loss that would have been detected on most of this part, mm; `None` if none could be.
     pub smallest_loss_mm: Option<f64>,
-    /// Drift of wavelength and stage since the calibration; `None` where two orders hardly observed the same places.
+    /// Drift of wavelength and stage since the calibration; `None` if two orders observed too little common
+    /// surface.
     pub drift: Option<Drift>,
-    /// Powers of the orders; `None` where two orders hardly observed the same places.
+    /// Powers of the orders; `None` if two orders observed too little common surface.
     pub powers: Option<OrderPowers>,
     /// Extent of the observed surface along the travel, mm.
     pub length_mm: f64,
@@ -42,22 +42,22 @@ pub struct WatchReport {
 /// # Errors
 /// [`ScanError::UnreadableFrame`].
 pub fn watch_scan(evaluation: &Evaluation, calibration: &Calibration) -> Result<Option<WatchReport>, ScanError> {
-    let (Some(condenser), Some(mut steps)) = (Condenser::new(calibration), LostStepsWatch::new(calibration))
+    let (Some(sampler), Some(mut steps)) = (LineSampler::new(calibration), LostStepsWatch::new(calibration))
     else {
         return Ok(None);
     };
-    let mut strips = Strips::new(condenser.clone());
+    let mut samples_of_orders = OrderSamples::new(sampler.clone());
     let mut report = WatchReport::default();
     evaluation.for_each_profile(
-        |frame, points, motion, position_mm| (condenser.samples(points, motion, position_mm, frame), position_mm),
+        |frame, points, motion, position_mm| (sampler.samples(points, motion, position_mm, frame), position_mm),
         |(samples, position_mm)| {
-            strips.add(&samples);
+            samples_of_orders.add(&samples);
             report.lost_steps.extend(steps.note_samples(samples, position_mm));
         },
     )?;
-    report.smallest_loss_mm = steps.smallest_noticed_mm();
-    report.drift = drift::drift(&strips, calibration);
-    report.powers = order_powers::order_powers(&strips);
-    report.length_mm = strips.length_mm();
+    report.smallest_loss_mm = steps.smallest_detectable_mm();
+    report.drift = drift::drift(&samples_of_orders, calibration);
+    report.powers = order_powers::order_powers(&samples_of_orders);
+    report.length_mm = samples_of_orders.length_mm();
     Ok(Some(report))
 }

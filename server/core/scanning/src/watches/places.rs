@@ -1,20 +1,20 @@
-//! Places of a part observed by two orders.
+//! Points of a part observed by two orders.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, Stage, StagePosition};
 
 use crate::params::watches::{CLUSTER_BINS, CLUSTER_TRAVEL_BINS};
-use crate::watches::strips::{Condenser, FrameSamples, Sample, SurfacePlace, surface_at};
+use crate::watches::samples::{FrameSamples, LineSampler, Sample, SurfacePlace, surface_at};
 
 /// The samples of all orders, bin by bin, in the order of travel.
 #[derive(Debug)]
-pub struct Strips {
-    condenser: Condenser,
+pub struct OrderSamples {
+    sampler: LineSampler,
     /// By order, then bin.
     samples: Vec<Vec<Vec<Sample>>>,
 }
 
-/// A place that order `order` observed on the surface observed by `other`; indices of the calibration's orders.
+/// A point that order `order` observed on the surface observed by `other`; indices of the calibration's orders.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     /// The observing order.
@@ -25,15 +25,15 @@ pub struct Place {
     pub sample: Sample,
     /// The surface of `other`.
     pub surface: SurfacePlace,
-    /// Places with the same number are neighbours.
+    /// Points with the same number are neighbours and share noise.
     pub cluster: u64,
 }
 
-impl Strips {
-    /// Without samples.
-    pub fn new(condenser: Condenser) -> Self {
-        let samples = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
-        Self { condenser, samples }
+impl OrderSamples {
+    /// No samples yet.
+    pub fn new(sampler: LineSampler) -> Self {
+        let samples = vec![vec![Vec::new(); sampler.n_bins]; sampler.orders.len()];
+        Self { sampler, samples }
     }
 
     /// Adds a frame.
@@ -47,7 +47,7 @@ impl Strips {
 
     /// The orders.
     pub fn orders(&self) -> &[i8] {
-        &self.condenser.orders
+        &self.sampler.orders
     }
 
     /// Extent of the observed surface along the travel, mm.
@@ -58,16 +58,15 @@ impl Strips {
         (high - low).max(0.0)
     }
 
-    /// Places observed by two orders, about `n_wanted` of them, spread over the part and the pairs.
+    /// About `n_wanted` points observed by two orders, spread over the part and the pairs.
     pub fn places(&self, n_wanted: usize) -> Vec<Place> {
         let n_orders = self.samples.len();
         let mut found = Vec::new();
-        for (bin, order) in (0..self.condenser.n_bins).flat_map(|bin| (0..n_orders).map(move |order| (bin, order)))
-        {
+        for (bin, order) in (0..self.sampler.n_bins).flat_map(|bin| (0..n_orders).map(move |order| (bin, order))) {
             for sample in &self.samples[order][bin] {
                 for other in 0..order {
                     let surface = surface_at(&self.samples[other][bin], sample.along_mm);
-                    let row = (sample.along_mm / (CLUSTER_TRAVEL_BINS * self.condenser.bin_mm)).floor() as i64;
+                    let row = (sample.along_mm / (CLUSTER_TRAVEL_BINS * self.sampler.bin_mm)).floor() as i64;
                     let cluster = (bin / CLUSTER_BINS) as u64 | ((row as u64) << 32);
                     found.extend(surface.map(|surface| Place { order, other, sample: *sample, surface, cluster }));
                 }
@@ -79,8 +78,8 @@ impl Strips {
         found.into_iter().step_by(stride).collect()
     }
 
-    /// Change of the surface's depth at a fixed place, mm, from one calibration to others, at the pixel that observed
-    /// it: the effect of a lateral shift on the depth is included.
+    /// Change of the surface's depth at a fixed lateral position, mm, from one calibration to others, for the
+    /// pixel that observed it: the effect of a lateral shift on the depth is included.
     pub fn depth_changes(
         &self,
         from: &Calibration,
@@ -89,11 +88,11 @@ impl Strips {
         (pixel, position_mm): ([f64; 2], f64),
         place: &Place,
     ) -> Option<Vec<f64>> {
-        let [along, across, depth] = &self.condenser.axes;
+        let [along, across, depth] = &self.sampler.axes;
         let slope = place.surface.slope;
         let slope_across = place.sample.by_across[1] - slope * place.sample.by_across[0];
         let up = depth - along * slope - across * slope_across;
-        let order = self.condenser.orders[order];
+        let order = self.sampler.orders[order];
         let at = in_part(from, order, pixel, position_mm)?;
         to.iter().map(|one| Some((in_part(one, order, pixel, position_mm)? - at).dot(&up))).collect()
     }

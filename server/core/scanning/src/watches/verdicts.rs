@@ -1,4 +1,4 @@
-//! Verdicts of the watches: quiet, blind on this part, a warning, or an invalid scan.
+//! Verdicts of the watches: quiet, blind on this part, warning, or invalid.
 //!
 //! A watch warns where its value is significant. It invalidates where the error that it shows exceeds the expanded
 //! uncertainty stated for the points, by more than its own uncertainty.
@@ -26,7 +26,7 @@ pub enum Watch {
 pub enum WatchState {
     /// Nothing significant.
     Quiet,
-    /// This part, or this station, does not show it.
+    /// Not detectable on this part or station.
     Blind,
     /// A significant deviation.
     Warning,
@@ -41,9 +41,9 @@ pub enum WatchReason {
     StepsLost,
     /// No steps were lost.
     NoStepsLost,
-    /// Lost steps cannot be detected: no changing slopes seen by two orders.
+    /// Lost steps cannot be detected: two orders observed no changing slopes.
     LossUndetectable,
-    /// Too few places were seen by two orders.
+    /// Two orders observed too little common surface.
     LittleOverlap,
     /// The light model has no wavelength.
     NoWavelength,
@@ -59,7 +59,7 @@ pub enum WatchReason {
     ScaleStable,
     /// The scale of the stage is wrong.
     ScaleWrong,
-    /// Too few places were seen by two orders without saturation.
+    /// Two orders observed too little common surface without saturation.
     LittleUnsaturatedOverlap,
     /// The reference powers are still being measured.
     ReferenceIncomplete,
@@ -201,7 +201,7 @@ fn verdict(watch: Watch, state: WatchState, reason_code: WatchReason, reason: im
 }
 
 /// Whether an error is a warning, or invalidates the scan.
-fn worth_of(error_mm: f64, sigma_mm: f64, stated_mm: f64) -> WatchState {
+fn state_for_error(error_mm: f64, sigma_mm: f64, stated_mm: f64) -> WatchState {
     if error_mm - COVERAGE * sigma_mm > stated_mm { WatchState::Invalid } else { WatchState::Warning }
 }
 
@@ -219,7 +219,7 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
             position_mm: Some(position_mm),
             ..verdict(
                 Watch::LostSteps,
-                worth_of(lag_mm.abs(), sigma_mm, stated_mm),
+                state_for_error(lag_mm.abs(), sigma_mm, stated_mm),
                 WatchReason::StepsLost,
                 reason,
             )
@@ -239,7 +239,7 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
                 WatchState::Quiet,
                 WatchReason::NoStepsLost,
                 format!(
-                    "no steps lost; {:.0} µm would be detected where two orders observe the same places",
+                    "no steps lost; {:.0} µm would be detected where two orders observe the same surface",
                     smallest_mm * 1e3
                 ),
             )
@@ -254,7 +254,7 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
             watch,
             WatchState::Blind,
             WatchReason::LittleOverlap,
-            "hardly any place was observed by two orders",
+            "too little of the surface was observed by two orders",
         );
     };
     let Some(wavelength) = drift.wavelength else {
@@ -281,15 +281,17 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
             corrected.value * 1e4,
             corrected.sigma * 1e4
         );
-        let warning = verdict(watch, worth_of(left_mm, 0.0, stated_mm), WatchReason::WavelengthCorrected, reason);
+        let warning =
+            verdict(watch, state_for_error(left_mm, 0.0, stated_mm), WatchReason::WavelengthCorrected, reason);
         return WatchVerdict { estimate: Some(corrected), error_mm: Some(left_mm), ..warning };
     }
     let reason = format!(
-        "{figure} since the calibration, depths err by up to {:.0} µm; not corrected: a stage tilted by {:+.2} mrad would look the same, measure a known step to decide; {remedy}",
+        "{figure} since the calibration, depth errors up to {:.0} µm; not corrected: a stage tilted by {:+.2} mrad would look the same, measure a known step to decide; {remedy}",
         error_mm * 1e3,
-        drift.tilt_alike_rad.unwrap_or(0.0) * 1e3
+        drift.equivalent_tilt_rad.unwrap_or(0.0) * 1e3
     );
-    let verdict = verdict(watch, worth_of(error_mm, sigma_mm, stated_mm), WatchReason::WavelengthOrTilt, reason);
+    let verdict =
+        verdict(watch, state_for_error(error_mm, sigma_mm, stated_mm), WatchReason::WavelengthOrTilt, reason);
     WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..verdict }
 }
 
@@ -309,7 +311,7 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
     let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
     let (state, code, reason) = if is_clear {
         (
-            worth_of(error_mm, sigma_mm, stated_mm),
+            state_for_error(error_mm, sigma_mm, stated_mm),
             WatchReason::ScaleWrong,
             format!("{figure}, {:.0} µm over this part; check steps per mm, or calibrate again", error_mm * 1e3),
         )
@@ -356,7 +358,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
             watch,
             WatchState::Blind,
             WatchReason::LittleUnsaturatedOverlap,
-            "hardly any place was observed by two orders without saturation",
+            "too little of the surface was observed by two orders without saturation",
         );
     };
     let Some(reference) = reference else {
@@ -388,7 +390,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
             even,
             format!(
                 "the orders on both sides have changed equally relative to order {} ({}): the grating is dirty, clean it",
-                powers.against,
+                powers.reference_order,
                 percent(even)
             ),
         ),

@@ -32,7 +32,7 @@ fn add_ghost(known: &mut KnownScan, frame: usize, u: std::ops::Range<usize>, row
 
 #[test]
 fn reflections_are_dropped_and_counted() {
-    // A reflection that stays in the image, one that moves against the travel, and chance pieces.
+    // A stationary reflection, one that moves against the travel, and random pieces.
     let station = station(5, false);
     let mut known = scan(&station, &step, &positions(24, 1.2), false);
     let mut noise = Noise(3);
@@ -49,7 +49,7 @@ fn reflections_are_dropped_and_counted() {
 }
 
 #[test]
-fn plane_models_label_as_the_exact_one_does() {
+fn plane_models_give_correct_labels_too() {
     // Planes fitted to each sheet miss its bow by several tenths of a millimetre.
     let exact = station(5, false);
     let station = fitted_planes(&exact);
@@ -63,9 +63,9 @@ fn plane_models_label_as_the_exact_one_does() {
 }
 
 #[test]
-fn a_travel_shorter_than_the_line_pitch_is_labelled_where_all_lines_are_seen() {
+fn a_travel_shorter_than_the_line_pitch_is_labelled_if_all_lines_are_visible() {
     let station = station(5, false);
-    // The block's top, 4 % of the points, is short and seen by one order alone: left out.
+    // The block's top, 4 % of the points, is short and observed by one order only, so it is rejected.
     assert_labelled("short", &scan(&station, &step, &positions(5, 1.0), false), &station, 0.97);
 }
 
@@ -80,9 +80,9 @@ fn nine_orders_over_a_high_part_are_labelled() {
 }
 
 #[test]
-fn one_frame_is_labelled_within_the_envelope_and_doubted_beyond() {
+fn one_frame_is_labelled_within_the_envelope_and_doubtful_beyond() {
     let station = station(5, false);
-    // A narrow bar: one or two lines, so that ranks say nothing.
+    // A narrow bar: one or two lines, so that ranks are no evidence.
     let bar = |_: f64, y: f64| if y.abs() < 4.0 { 400.0 } else { f64::INFINITY };
     let known = scan(&station, &bar, &[0.0], false);
     let lines = &known.frames[0].centrelines;
@@ -90,7 +90,10 @@ fn one_frame_is_labelled_within_the_envelope_and_doubted_beyond() {
     let narrow = label_frame(lines, &tables, DepthRangeMm { near_mm: 390.0, far_mm: 410.0 });
     assert_eq!(narrow.points.len(), known.n_true());
     assert!(
-        narrow.points.iter().all(|p| Some(p.order) == known.order_at(0, p.seen.u_px as f32, p.seen.v_px as f32))
+        narrow
+            .points
+            .iter()
+            .all(|p| Some(p.order) == known.order_at(0, p.centreline.u_px as f32, p.centreline.v_px as f32))
     );
     let wide = label_frame(lines, &tables, DepthRangeMm { near_mm: 340.0, far_mm: 460.0 });
     assert_eq!(wide.points.len(), 0);
@@ -109,7 +112,7 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn points_come_by_frame_order_and_along_the_line() {
+fn points_are_sorted_by_frame_then_order_then_along_the_line() {
     let station = station(5, true);
     let known = scan(&station, &|_, _| 400.0, &positions(3, 2.0), true);
     let cloud = scan_cloud(&known.frames, &station, &ScanParams::default()).unwrap().cloud;
@@ -147,7 +150,7 @@ fn a_scan_without_lines_gives_an_empty_cloud() {
 fn self_consistency_shows_a_miscalibrated_grating() {
     let true_station = station(5, false);
     let known = scan(&true_station, &|_, _| 400.0, &positions(16, 2.0), false);
-    let health = |calibration: &optics::Calibration| {
+    let largest_bias_mm = |calibration: &optics::Calibration| {
         let result = scan_cloud(&known.frames, calibration, &ScanParams::default()).unwrap();
         assert!(result.report.self_consistency.len() >= 4);
         result.report.self_consistency.iter().map(|pair| pair.bias_mm.abs()).fold(0.0, f64::max)
@@ -156,7 +159,7 @@ fn self_consistency_shows_a_miscalibrated_grating() {
     if let LightSurfaces::Grating(grating) = &mut wrong.light {
         grating.wavelength_over_period *= 1.003;
     }
-    let (good, bad) = (health(&true_station), health(&wrong));
+    let (good, bad) = (largest_bias_mm(&true_station), largest_bias_mm(&wrong));
     eprintln!("largest bias: true {good:.4} mm, wavelength 0.3 % off {bad:.4} mm");
     // 0.3 % of one order's 23 mm of depth is 70 µm; noise leaves 1 µm in a mean.
     assert!(good < 0.01 && bad > 0.03, "{good} {bad}");

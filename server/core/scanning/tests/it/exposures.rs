@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use scanning::{Exposed, fuse_exposures};
+use scanning::{ExposureLines, fuse_exposures};
 use twin::{Exposure, ExposureBuffers, Renderer, Scene, SceneKind, StationModel, StationShape};
 use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
@@ -17,9 +17,9 @@ const SHARES: [f64; 2] = [0.7, 14.0];
 /// Largest distance, px, of a point from the true line it is on.
 const ON_LINE_PX: f64 = 2.5;
 
-/// The lines of a part whose right half is [`DARKER`] times darker than its left one: a picture is linear in
+/// The lines of a part whose right half is [`DARKER`] times darker than its left one: an image is linear in
 /// reflectance.
-fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) -> Centrelines {
+fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, image_idx: u64) -> Centrelines {
     let [bright, dark] = [1.0, 1.0 / DARKER].map(|reflectance| {
         let exposure = Exposure {
             scene,
@@ -29,7 +29,7 @@ fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) 
             laser_exposure: (laser_share * reflectance) as f32,
             gain: 1.0,
             bits: 8,
-            image_number: picture,
+            image_number: image_idx,
         };
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         renderer.expose(&exposure, &mut ExposureBuffers::default(), &mut image);
@@ -87,20 +87,20 @@ impl Comparison {
 }
 
 #[test]
-fn bright_and_dark_halves_are_both_measured_and_sigma_is_honest() {
+fn bright_and_dark_halves_are_both_measured_and_sigma_matches_the_errors() {
     let shape = StationShape { width_px: 640, height_px: 512, ..StationShape::default() };
     let model = StationModel::seeded(7, &shape).unwrap();
     let renderer = Renderer::new(&model);
     let mut held: [Comparison; 3] = Default::default();
     let mut counts = scanning::FusionCounts::default();
-    for picture in 0..4 {
-        let scene = SceneKind::Plate.placed(&model, 0x300 + picture);
+    for image_idx in 0..4 {
+        let scene = SceneKind::Plate.placed(&model, 0x300 + image_idx);
         let truth = renderer.truth_points(&scene, 0.0);
-        let alone = SHARES.map(|share| lines_of(&renderer, &scene, share, picture * 10 + (10.0 * share) as u64));
-        let exposed: Vec<Exposed> = SHARES
+        let alone = SHARES.map(|share| lines_of(&renderer, &scene, share, image_idx * 10 + (10.0 * share) as u64));
+        let exposed: Vec<ExposureLines> = SHARES
             .iter()
             .zip(&alone)
-            .map(|(share, centrelines)| Exposed { exposure_us: share * 1000.0, centrelines })
+            .map(|(share, centrelines)| ExposureLines { exposure_us: share * 1000.0, centrelines })
             .collect();
         let (fused, of_frame) = fuse_exposures(&exposed);
         counts.add(&of_frame);

@@ -1,4 +1,4 @@
-//! Labels of scenes with known truth. Not covered: the extraction of lines.
+//! Labels of scenes with known truth. The extraction of lines is not covered.
 
 use crate::common::random;
 use crate::common::scene::{Noise, scan, scan_with};
@@ -12,7 +12,7 @@ const RECOVERED: f64 = 0.97;
 /// The reference scans have few edges and no clutter.
 const RIG_A_RECOVERED: f64 = 0.99;
 
-/// Edges of shadows, walls, and tops of small high parts without a second look are left out.
+/// Edges of shadows, walls, and tops of small high parts without a repeated observation are rejected.
 const CLUTTER_RECOVERED: f64 = 0.90;
 
 /// Stated fraction of wrong points of the random scenes 1–60 (`docs/maths/labelling.md`): 6,256 of 6.0 million, nearly all
@@ -56,7 +56,7 @@ fn a_sphere_higher_than_one_wrap_is_labelled() {
         let squared = 18.9f64.powi(2) - x * x - y * y;
         if squared > 0.0 { 381.1 - squared.sqrt() } else { 400.0 }
     };
-    // The steep edge is short on every line and is left out where only one order observed it.
+    // The steep edge is short on every line and is rejected where only one order observed it.
     assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, 0.97);
 }
 
@@ -117,8 +117,8 @@ fn the_true_pixels_of_rig_a_are_labelled() {
 /// Noise of a point under strong speckle, px.
 const SPECKLE_SIGMA_PX: f64 = 0.17;
 
-/// The same lines broken by dark speckles of 3–8 columns, 20–120 columns apart.
-fn broken(mut known: KnownScan) -> KnownScan {
+/// The same lines interrupted by dark speckles of 3–8 columns, 20–120 columns apart.
+fn interrupted(mut known: KnownScan) -> KnownScan {
     for (frame, orders) in known.frames.iter_mut().zip(&mut known.orders) {
         let mut noise = Noise(frame.position.value().to_bits());
         let mut between = |low: f64, high: f64| (low + (high - low) * noise.uniform()) as usize;
@@ -145,11 +145,11 @@ fn lines_interrupted_by_speckle_are_labelled() {
     let station = station(5, false);
     let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
     let known = scan_with(&station, &step, &positions(40, 0.8), false, SPECKLE_SIGMA_PX / SIGMA_PX, 7);
-    // Fragments at the edges are left out.
-    assert_labelled("speckle", &broken(known), &station, 0.90);
+    // Fragments at the edges are rejected.
+    assert_labelled("speckle", &interrupted(known), &station, 0.90);
 }
 
-/// Boxes and domes at random places, up to 45 mm high: nearly two wraps.
+/// Boxes and domes at random positions, up to 45 mm high: nearly two wraps.
 fn clutter(seed: u64) -> impl Fn(f64, f64) -> f64 + Sync {
     let mut noise = Noise(seed);
     let mut between = move |low: f64, high: f64| low + (high - low) * noise.uniform();
@@ -214,7 +214,7 @@ fn random_scenes_have_no_wrong_order() {
 }
 
 #[test]
-#[ignore = "minutes; the short one runs always"]
+#[ignore = "takes minutes; the short version always runs"]
 fn a_campaign_of_random_scenes_stays_below_its_stated_rate() {
     let number =
         |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);

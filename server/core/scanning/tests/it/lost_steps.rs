@@ -91,7 +91,7 @@ fn a_loss_of_fifty_micrometres_is_detected_within_twenty_frames() {
     for (seed, lost_mm) in [(7, 0.05), (8, -0.05)] {
         let alarms = scan_of(seed, egg_carton, lost_mm).alarms();
         let [alarm] = alarms[..] else { panic!("{seed}: {} alarms", alarms.len()) };
-        assert!((LOST_AT..LOST_AT + WITHIN_FRAMES).contains(&alarm.noticed_frame), "{alarm:?}");
+        assert!((LOST_AT..LOST_AT + WITHIN_FRAMES).contains(&alarm.detected_frame), "{alarm:?}");
         assert!(alarm.first_frame.abs_diff(LOST_AT) <= 3, "{alarm:?}");
         assert!((alarm.lag_mm - lost_mm).abs() <= 4.0 * alarm.sigma_mm, "{alarm:?}");
     }
@@ -111,7 +111,7 @@ fn on_a_flat_plate_the_watch_is_blind_and_raises_no_alarm() {
 }
 
 #[test]
-#[ignore = "minutes; a number of seeds from FIRST_SEED to LAST_SEED"]
+#[ignore = "takes minutes; a number of seeds from FIRST_SEED to LAST_SEED"]
 fn a_campaign_of_clean_and_faulty_scans() {
     let number =
         |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
@@ -119,7 +119,7 @@ fn a_campaign_of_clean_and_faulty_scans() {
     for seed in number("FIRST_SEED", 100)..=number("LAST_SEED", 299) {
         let clean = [freeform(seed, 0.0).alarms(), scan_of(seed, egg_carton, 0.0).alarms()].concat();
         let faulty = scan_of(seed, egg_carton, if seed % 2 == 0 { 0.05 } else { -0.05 }).alarms();
-        let in_time = |alarm: &LostSteps| (LOST_AT..LOST_AT + WITHIN_FRAMES).contains(&alarm.noticed_frame);
+        let in_time = |alarm: &LostSteps| (LOST_AT..LOST_AT + WITHIN_FRAMES).contains(&alarm.detected_frame);
         n_scans += 1;
         n_false += usize::from(!clean.is_empty());
         n_missed += usize::from(!faulty.iter().any(in_time));

@@ -12,7 +12,7 @@ use scanning::{Profile, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, Segment};
 
 /// Points per piece after lines are split.
-const SHRED_POINTS: usize = 30;
+const FRAGMENT_POINTS: usize = 30;
 
 /// Counts the allocations of the current thread.
 struct Counting;
@@ -21,7 +21,7 @@ thread_local! {
     static N_REQUESTS: Cell<usize> = const { Cell::new(0) };
 }
 
-#[expect(unsafe_code, reason = "an allocator that counts cannot be written without")]
+#[expect(unsafe_code, reason = "a counting allocator needs unsafe code")]
 // SAFETY: every request is forwarded to the system allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -45,7 +45,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Points under their own order, under another, and left out, of all frames labelled separately.
+/// Points labelled correctly, labelled wrongly and not labelled, of all frames labelled separately.
 #[derive(Debug, Default, Clone, Copy)]
 struct Counts {
     n_right: usize,
@@ -66,7 +66,7 @@ fn label_each_frame(name: &str, known: &KnownScan, calibration: &Calibration) ->
     for (idx, frame) in known.frames.iter().enumerate() {
         let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
         for point in &profile.points {
-            match known.order_at(idx, point.seen.u_px as f32, point.seen.v_px as f32) {
+            match known.order_at(idx, point.centreline.u_px as f32, point.centreline.v_px as f32) {
                 Some(order) if order == point.order => counts.n_right += 1,
                 _ => counts.n_wrong += 1,
             }
@@ -78,7 +78,7 @@ fn label_each_frame(name: &str, known: &KnownScan, calibration: &Calibration) ->
 }
 
 #[test]
-fn frames_of_random_scenes_are_right_or_left_out() {
+fn frames_of_random_scenes_are_labelled_correctly_or_not_at_all() {
     let mut all = Counts::default();
     for seed in [3, 7, 14, 28, 46, 51] {
         let trial = random::trial(seed);
@@ -92,7 +92,7 @@ fn frames_of_random_scenes_are_right_or_left_out() {
 }
 
 #[test]
-fn frames_of_rig_a_are_right() {
+fn frames_of_rig_a_are_labelled_correctly() {
     let Some(folder) = reference::data("rig-a") else { return };
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
@@ -120,11 +120,11 @@ fn many_short_pieces_are_labelled() {
     let mut known = scan(&station, &step, &[-6.0, 0.0, 4.0], false);
     for (frame, orders) in known.frames.iter_mut().zip(&mut known.orders) {
         let segments = &mut frame.centrelines.segments;
-        let shreds = segments.iter().flat_map(|segment| segment.points.chunks(SHRED_POINTS));
+        let shreds = segments.iter().flat_map(|segment| segment.points.chunks(FRAGMENT_POINTS));
         *segments = shreds.map(|points| Segment { points: points.to_vec() }).collect();
-        *orders = orders.iter().flat_map(|orders| orders.chunks(SHRED_POINTS)).map(<[_]>::to_vec).collect();
+        *orders = orders.iter().flat_map(|orders| orders.chunks(FRAGMENT_POINTS)).map(<[_]>::to_vec).collect();
     }
-    let counts = label_each_frame("shreds", &known, &station);
+    let counts = label_each_frame("fragments", &known, &station);
     assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{counts:?}");
 }
 
@@ -168,7 +168,7 @@ fn repeated_extraction_and_packing_allocate_nothing() {
         }
     }
     assert!(n_requests[0] > 0, "nothing is counted");
-    assert_eq!(n_requests[2], 0, "requests in {} pictures, pass by pass: {n_requests:?}", pictures.len());
+    assert_eq!(n_requests[2], 0, "requests in {} images, pass by pass: {n_requests:?}", pictures.len());
     // Labelling allocates lists of pieces and samples, never per point.
     assert!(n_for_labels < profile.points.len() / 4, "{n_for_labels} requests, {} points", profile.points.len());
 }

@@ -13,7 +13,7 @@ use crate::common::{KnownScan, assert_labelled, station};
 
 /// Angle between two frames: 1.2 mm at the part's radius, about the step of other scans.
 const STEP_DEG: f64 = 3.0;
-/// Steep flanks are short on every line and are left out where only one order observed them.
+/// Steep flanks are short on every line and are rejected where only one order observed them.
 const RECOVERED: f64 = 0.93;
 /// 5 σ of a point (0.05 px of noise are 20 µm at this station's angle) on slopes up to 45°.
 const OFF_SURFACE_MM: f64 = 0.15;
@@ -49,7 +49,7 @@ pub(crate) fn angles(from_deg: f64, to_deg: f64) -> Vec<StagePosition> {
     (0..=n).map(|idx| StagePosition::RotaryDeg(from_deg + idx as f64 * STEP_DEG)).collect()
 }
 
-/// The usual station with its lines along columns, in front of a turntable.
+/// The standard test station with its lines along columns, in front of a turntable.
 fn grating_station() -> Calibration {
     let n_parameters = 9 + 10 + 4;
     Calibration {

@@ -28,14 +28,14 @@ const STAGE_SIGMAS: [f64; 3] = [2e-5, 5e-5, 2e-5];
 /// Median σ of a point, mm, used for the verdicts: matt grey paint at this station.
 const MEDIAN_SIGMA_MM: f64 = 0.02;
 
-/// Half the pixels of a usual station in either direction: scans take a quarter of the time.
+/// Half the pixels of a typical station in either direction: scans take a quarter of the time.
 fn station(seed: u64) -> StationModel {
     let shape = StationShape { width_px: 640, height_px: 512, line_sigma_px: 1.5, ..StationShape::default() };
     StationModel::seeded(seed, &shape).unwrap()
 }
 
-/// A calibration of the station, drawn from its own covariance.
-fn drawn(model: &StationModel, seed: u64) -> Calibration {
+/// A random calibration of the station, drawn from its covariance.
+fn random_calibration(model: &StationModel, seed: u64) -> Calibration {
     let mut orders = model.orders.clone();
     orders.sort_unstable();
     let sigmas: Vec<f64> = CAMERA_SIGMAS.into_iter().chain(GRATING_SIGMAS).chain(STAGE_SIGMAS).collect();
@@ -54,7 +54,7 @@ fn drawn(model: &StationModel, seed: u64) -> Calibration {
     truth.stepped(&sigmas.iter().map(|sigma| sigma * normal()).collect::<Vec<_>>())
 }
 
-/// A part like an egg carton: bumps of ±3 mm, slopes up to 0.375.
+/// A part like an egg box: bumps of ±3 mm, slopes up to 0.375.
 fn egg_carton(model: &StationModel) -> Scene {
     let height = |x: f64, y: f64| 3.5 + 3.0 * (x / 8.0).sin() * (y / 8.0).sin();
     let corner = |column: i32, row: i32| {
@@ -75,7 +75,7 @@ fn watched(calibration: &Calibration, model: &StationModel, scene: &Scene, scale
     watched_over(calibration, model, scene, (N_FRAMES, STEP_MM), scale, noise)
 }
 
-/// The same with so many frames and their distance.
+/// The same with a given number and distance of frames.
 fn watched_over(
     calibration: &Calibration,
     model: &StationModel,
@@ -110,9 +110,9 @@ fn is_warning(verdict: &WatchVerdict) -> bool {
 }
 
 #[test]
-fn a_drifting_wavelength_is_reported_with_the_tilt_that_would_look_the_same() {
+fn a_drifting_wavelength_is_reported_with_the_equivalent_tilt() {
     let model = station(7);
-    let calibration = drawn(&model, 7);
+    let calibration = random_calibration(&model, 7);
     let mut warm = model.clone();
     warm.grating.wavelength_over_period *= 1.0 + 1.5e-3;
     let report = watched(&calibration, &warm, &SceneKind::Freeform.placed(&model, 0x100), 0.0, 1);
@@ -128,7 +128,7 @@ fn a_drifting_wavelength_is_reported_with_the_tilt_that_would_look_the_same() {
 #[test]
 fn a_stage_that_travels_more_than_it_states_is_detected_on_slopes() {
     let model = station(7);
-    let calibration = drawn(&model, 8);
+    let calibration = random_calibration(&model, 8);
     let report = watched(&calibration, &model, &egg_carton(&model), 4e-3, 1);
     let scale = report.drift.unwrap().stage_scale.unwrap();
     eprintln!("{:?}", report.drift);
@@ -140,7 +140,7 @@ fn a_stage_that_travels_more_than_it_states_is_detected_on_slopes() {
 #[test]
 fn on_a_plate_lost_steps_and_scale_are_reported_as_blind() {
     let model = station(7);
-    let calibration = drawn(&model, 7);
+    let calibration = random_calibration(&model, 7);
     let report = watched(&calibration, &model, &SceneKind::Plate.placed(&model, 0x100), 4e-3, 1);
     for watch in [Watch::LostSteps, Watch::StageScale] {
         let verdict = verdict(&report, watch);
@@ -163,9 +163,9 @@ fn reference(model: &StationModel, calibration: &Calibration) -> PowerReference 
 }
 
 #[test]
-fn dirt_a_rotated_grating_and_an_ageing_laser_are_distinguished_by_their_powers() {
+fn dirt_a_rotated_grating_and_an_ageing_laser_are_distinguished_by_the_powers() {
     let model = station(7);
-    let calibration = drawn(&model, 7);
+    let calibration = random_calibration(&model, 7);
     let reference = reference(&model, &calibration);
     eprintln!("{reference:?}");
     let scene = SceneKind::Freeform.placed(&model, 0x180);
@@ -194,7 +194,7 @@ fn clean(seed: u64) -> WatchReport {
     let model = station(seed);
     let scene =
         if seed.is_multiple_of(2) { egg_carton(&model) } else { SceneKind::Freeform.placed(&model, 0x100 + seed) };
-    watched(&drawn(&model, 0x500 + seed), &model, &scene, 0.0, seed)
+    watched(&random_calibration(&model, 0x500 + seed), &model, &scene, 0.0, seed)
 }
 
 /// Watches that warn on a clean scan; powers are tested separately.
@@ -212,17 +212,17 @@ fn clean_scans_raise_no_warning() {
     }
 }
 
-/// Stations of the campaign, their scans that make the reference powers, and those that are judged.
+/// Stations of the campaign, their scans for the reference powers, and their tested scans.
 const STATIONS: u64 = 20;
 const REFERENCE_SCANS: u64 = 5;
-const JUDGED_SCANS: u64 = 10;
+const N_TESTED_SCANS: u64 = 10;
 
-/// Scans with a false alarm of a watch, at most, share of those in which it is not blind.
+/// Largest fraction of scans with a false alarm of a watch, among those in which it is not blind.
 const FALSE_ALARM_RATE: f64 = 0.01;
 
-/// How often a watch was asked, could not see, and warned.
+/// Scans in which a watch was not blind, was blind, and warned.
 #[derive(Debug, Default)]
-struct Asked {
+struct WatchCounts {
     n_seeing: usize,
     n_blind: usize,
     n_warnings: usize,
@@ -237,25 +237,25 @@ fn fast_clean(model: &StationModel, calibration: &Calibration, scan: u64) -> Wat
 }
 
 #[test]
-#[ignore = "minutes; 200 scans of 20 stations, or of N_STATIONS"]
+#[ignore = "takes minutes; 200 scans of 20 stations, or of N_STATIONS"]
 fn a_campaign_of_clean_scans() {
     let n_stations = std::env::var("N_STATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(STATIONS);
-    let mut asked = [Watch::LostSteps, Watch::Wavelength, Watch::OrderPowers, Watch::StageScale]
-        .map(|watch| (watch, Asked::default()));
+    let mut counts = [Watch::LostSteps, Watch::Wavelength, Watch::OrderPowers, Watch::StageScale]
+        .map(|watch| (watch, WatchCounts::default()));
     let (mut of_wavelength, mut of_scale) = (Vec::new(), Vec::new());
     for seed in 100..100 + n_stations {
         let shape = StationShape { width_px: 320, height_px: 256, line_sigma_px: 1.0, ..StationShape::default() };
         let model = StationModel::seeded(seed, &shape).unwrap();
-        let calibration = drawn(&model, 0x500 + seed);
+        let calibration = random_calibration(&model, 0x500 + seed);
         let powers = (0..REFERENCE_SCANS).filter_map(|scan| fast_clean(&model, &calibration, 50 + scan).powers);
         let reference = PowerReference::of(&powers.collect::<Vec<_>>());
-        for scan in 0..JUDGED_SCANS {
+        for scan in 0..N_TESTED_SCANS {
             let report = fast_clean(&model, &calibration, seed * 100 + scan);
             let drift = report.drift.as_ref();
             of_wavelength.extend(drift.and_then(|drift| drift.wavelength).map(|of| of.value / of.sigma));
             of_scale.extend(drift.and_then(|drift| drift.stage_scale).map(|of| of.value / of.sigma));
             for verdict in verdicts(&report, MEDIAN_SIGMA_MM, reference.as_ref()) {
-                let Some((_, count)) = asked.iter_mut().find(|(watch, _)| *watch == verdict.watch) else {
+                let Some((_, count)) = counts.iter_mut().find(|(watch, _)| *watch == verdict.watch) else {
                     continue;
                 };
                 match verdict.state {
@@ -268,18 +268,18 @@ fn a_campaign_of_clean_scans() {
                 }
             }
         }
-        eprintln!("station {seed}: {asked:?}");
+        eprintln!("station {seed}: {counts:?}");
     }
     let rms = |of: &[f64]| (of.iter().map(|v| v * v).sum::<f64>() / of.len() as f64).sqrt();
     eprintln!(
-        "{} clean scans: {asked:?}; whitened RMS of λ {:.2} over {}, of scale {:.2} over {}",
-        n_stations * JUDGED_SCANS,
+        "{} clean scans: {counts:?}; whitened RMS of λ {:.2} over {}, of scale {:.2} over {}",
+        n_stations * N_TESTED_SCANS,
         rms(&of_wavelength),
         of_wavelength.len(),
         rms(&of_scale),
         of_scale.len()
     );
-    for (watch, count) in asked {
+    for (watch, count) in counts {
         let most = FALSE_ALARM_RATE * count.n_seeing as f64;
         assert!(count.n_warnings as f64 <= most, "{watch:?}: {} of {}", count.n_warnings, count.n_seeing);
         assert!(count.n_seeing > count.n_blind, "{watch:?} is blind in {} scans", count.n_blind);

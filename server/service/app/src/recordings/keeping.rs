@@ -49,10 +49,10 @@ pub async fn keep(
     written: Result<Written, JoinError>,
 ) -> RecordingRecord {
     match written {
-        Ok(Written { figures, is_whole: true }) => {
+        Ok(Written { figures, is_complete: true }) => {
             adopted(parts, record, path, figures, RecordingState::Complete).await
         }
-        Ok(Written { figures, is_whole: false }) => {
+        Ok(Written { figures, is_complete: false }) => {
             adopted(parts, record, path, figures, RecordingState::Interrupted).await
         }
         Err(defect) => {
@@ -112,7 +112,7 @@ async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) ->
             let repaired = repair(&from, &to)?;
             tracing::info!(n_messages = repaired.n_messages, "an interrupted recording was repaired");
             std::fs::rename(&to, &from).map_err(|cause| recording::RecordingError::File {
-                act: "write",
+                action: "write",
                 path: from.clone(),
                 cause,
             })?;

@@ -334,7 +334,7 @@ impl Recordings {
             started_at_ms: now_ms(),
             target: parts.config.target.clone(),
             projector: parts.config.projector.clone().into(),
-            stage: capture::StageSheet { kind: stage, angle_sigma_deg: None },
+            stage: capture::StageDescription { kind: stage, angle_sigma_deg: None },
         };
         Ok((header, calibration))
     }

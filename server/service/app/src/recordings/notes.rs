@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use capture::StagePlace;
+use capture::NominalPosition;
 use devices::{DeviceIdentity, StageKind};
 use live::LiveFrame;
 use recording::{
-    DeviceNote, EventNote, PeakLine, PeaksNote, Place, ProfilePoint, RowNote, SettingsNote, StageNote,
+    DeviceNote, EventNote, PeakLine, PeaksNote, ProfilePoint, RecordedPosition, RowNote, SettingsNote, StageNote,
 };
 use serde_json::{Value, json};
 use station::StationStatus;
@@ -65,7 +65,11 @@ impl Notes {
 
     /// Notes that a frame is row `row` of the scan, at `position_mm`.
     pub fn row(&self, row: usize, sequence: u64, position_mm: f64) {
-        self.add(Note::Row(RowNote { sequence, row: row as u64, place: place(self.stage, Some(position_mm)) }));
+        self.add(Note::Row(RowNote {
+            sequence,
+            row: row as u64,
+            position: recorded_position(self.stage, Some(position_mm)),
+        }));
     }
 
     /// Number of dropped notes.
@@ -107,18 +111,18 @@ impl Clock {
 }
 
 /// The position of a stage of this kind.
-pub fn place(kind: StageKind, position: Option<f64>) -> Place {
+pub fn recorded_position(kind: StageKind, position: Option<f64>) -> RecordedPosition {
     match (kind, position) {
-        (_, None) => Place::default(),
-        (StageKind::Linear, Some(position_mm)) => StagePlace::PositionMm(position_mm).into(),
-        (StageKind::Rotary, Some(angle_deg)) => StagePlace::AngleDeg(angle_deg).into(),
+        (_, None) => RecordedPosition::default(),
+        (StageKind::Linear, Some(position_mm)) => NominalPosition::PositionMm(position_mm).into(),
+        (StageKind::Rotary, Some(angle_deg)) => NominalPosition::AngleDeg(angle_deg).into(),
     }
 }
 
 /// The stage from the station status.
 pub fn stage_note(status: &StationStatus) -> StageNote {
     StageNote {
-        place: place(status.stage.capabilities.kind, status.position_mm),
+        position: recorded_position(status.stage.capabilities.kind, status.position_mm),
         moving: status.moving,
         homed: status.homed,
     }

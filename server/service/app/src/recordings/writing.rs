@@ -13,7 +13,7 @@ use remedy::with_causes;
 use station::{FrameTap, TappedFrame};
 
 use crate::recordings::figures::{Ended, RecordingFigures};
-use crate::recordings::notes::{Note, Notes, Timed, place};
+use crate::recordings::notes::{Note, Notes, Timed, recorded_position};
 use crate::recordings::params::{FLUSH_EVERY, NOTES, NOTES_PER_TURN, TURN};
 
 /// Progress of a recording, for readers on other threads.
@@ -81,7 +81,7 @@ pub struct Written {
     /// Statistics.
     pub figures: RecordingFigures,
     /// Whether index and end were written.
-    pub is_whole: bool,
+    pub is_complete: bool,
 }
 
 /// Why writing ended on its own.
@@ -138,7 +138,7 @@ impl Writing {
             ended: Some(ended),
             problem,
         };
-        Written { is_whole: finished.is_ok(), figures }
+        Written { is_complete: finished.is_ok(), figures }
     }
 
     fn write(&mut self, account: &mut Account, syncing: &Syncing) -> Result<Cause, RecordingError> {
@@ -183,7 +183,7 @@ impl Writing {
         let note = FrameNote {
             sequence: frame.sequence,
             captured_at_ns: frame.captured_at_ns,
-            place: place(self.stage, frame.position_mm),
+            position: recorded_position(self.stage, frame.position_mm),
             exposure_us: frame.exposure_us,
             laser_on: frame.laser_on,
             lost_before,

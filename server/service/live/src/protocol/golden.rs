@@ -45,15 +45,21 @@ fn stamp() -> FrameStamp {
     }
 }
 
-fn seen(u_px: f64, v_px: f64, saturated: bool) -> CentrelinePoint {
+fn centreline_point(u_px: f64, v_px: f64, saturated: bool) -> CentrelinePoint {
     CentrelinePoint { u_px, v_px, normal: [0.0, 1.0], sigma_px: 0.05, intensity: 140.0, width_px: 4.0, saturated }
 }
 
 fn segments() -> Vec<Segment> {
     vec![
-        Segment { points: vec![seen(2.0, 5.25, false), seen(3.0, 5.5, false), seen(4.0, 5.75, false)] },
-        Segment { points: vec![seen(9.0, 8.0, false), seen(10.0, 8.125, false)] },
-        Segment { points: vec![seen(3.0, 30.0, false), seen(4.0, 30.5, true)] },
+        Segment {
+            points: vec![
+                centreline_point(2.0, 5.25, false),
+                centreline_point(3.0, 5.5, false),
+                centreline_point(4.0, 5.75, false),
+            ],
+        },
+        Segment { points: vec![centreline_point(9.0, 8.0, false), centreline_point(10.0, 8.125, false)] },
+        Segment { points: vec![centreline_point(3.0, 30.0, false), centreline_point(4.0, 30.5, true)] },
     ]
 }
 
@@ -86,7 +92,7 @@ fn profile() -> Profile {
     let point = |order, x, y, z, sigma, u, v| ProfilePoint {
         order,
         hit_in_camera: PointMm::new(nalgebra::Vector3::new(x, y, z)),
-        seen: seen(u, v, false),
+        centreline: centreline_point(u, v, false),
         noise_sigma_mm: sigma,
     };
     let mut profile = Profile {

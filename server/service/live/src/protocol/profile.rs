@@ -61,7 +61,7 @@ impl ProfileMessage<'_> {
             points.iter().for_each(|point| bytes.put_f32_le(point.hit_in_camera.xyz[axis] as f32));
         }
         points.iter().for_each(|point| bytes.put_f32_le(point.noise_sigma_mm as f32));
-        points.iter().for_each(|point| self.grid.put(&mut bytes, point.seen.u_px, point.seen.v_px));
+        points.iter().for_each(|point| self.grid.put(&mut bytes, point.centreline.u_px, point.centreline.v_px));
         bytes.freeze()
     }
 }

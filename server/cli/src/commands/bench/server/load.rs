@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use capture::{Capture, Frame, Scan, StagePlace, write_manifest};
+use capture::{Capture, Frame, NominalPosition, Scan, write_manifest};
 
 use pipeline::Failure;
 
@@ -31,7 +31,7 @@ pub fn write_load(capture: &Path, n_frames: usize, folder: &Path) -> Result<usiz
     }
     let frame = |idx: usize| {
         let picture = pictures[there_and_back(idx, pictures.len())].clone();
-        Frame::new(picture, StagePlace::PositionMm(idx as f64 * STEP_MM))
+        Frame::new(picture, NominalPosition::PositionMm(idx as f64 * STEP_MM))
     };
     let frames = (0..n_frames).map(frame).collect();
     let scan = Scan { name: SCAN.to_owned(), frames };

@@ -16,8 +16,8 @@ use super::station::Station;
 
 /// Largest distance of a point on a true line, relative to the line's σ, at least a pixel: wide lines are cut at edges.
 const ON_LINE_SIGMAS: f64 = 1.25;
-/// Columns on either side in which a true line counts as well: its end is not known to the pixel.
-const BESIDE_PX: i64 = 4;
+/// Columns on either side in which a true line counts as well, since its end is not known to the pixel.
+const MARGIN_COLUMNS: i64 = 4;
 
 /// A true line in one scan column (row).
 struct TrueLine {
@@ -61,17 +61,17 @@ impl Outcome {
     pub fn of(station: &Station) -> Result<Self, String> {
         let folder = tempfile::tempdir().unwrap();
         let capture = folder.path().join("capture");
-        let go_on = |_| std::ops::ControlFlow::Continue(());
-        twin::capture_folder(&station.model, &station.request(), &capture, &go_on).unwrap();
-        let quiet = Quiet::default();
-        Self::of_capture(station, &capture, &quiet)
-            .map_err(|failure| format!("{failure}; {:?}", quiet.0.lock().unwrap()))
+        let proceed = |_| std::ops::ControlFlow::Continue(());
+        twin::capture_folder(&station.model, &station.request(), &capture, &proceed).unwrap();
+        let warnings = WarningCollector::default();
+        Self::of_capture(station, &capture, &warnings)
+            .map_err(|failure| format!("{failure}; {:?}", warnings.0.lock().unwrap()))
     }
 
-    fn of_capture(station: &Station, folder: &Path, quiet: &Quiet) -> Result<Self, Failure> {
-        let capture = open_capture(folder, quiet)?;
-        let features = read_features(&capture, false, quiet)?;
-        let calibrated = calibrate_features(&capture, &features, &CalibrationOptions::default(), quiet)?;
+    fn of_capture(station: &Station, folder: &Path, warnings: &WarningCollector) -> Result<Self, Failure> {
+        let capture = open_capture(folder, warnings)?;
+        let features = read_features(&capture, false, warnings)?;
+        let calibrated = calibrate_features(&capture, &features, &CalibrationOptions::default(), warnings)?;
         let calibration = calibrated.document.calibration();
         let report = &calibrated.result.report;
         let light = report.light.as_ref().unwrap();
@@ -83,7 +83,7 @@ impl Outcome {
             corner_sigma_px: report.camera.corner_sigma_px,
             ..Self::default()
         };
-        let scan = scan_capture(&capture, &calibrated.document, "sphere", quiet)?;
+        let scan = scan_capture(&capture, &calibrated.document, "sphere", warnings)?;
         outcome.score(station, &scan.cloud.points, &truth);
         if std::env::var_os("EXPLAIN").is_some() {
             eprintln!("{:?}", scan.report.dropped);
@@ -93,7 +93,7 @@ impl Outcome {
         let ball = measure(&scan.cloud, Some(&calibration), &request)?;
         outcome.ball_error_mm = ball.value - nominal_mm;
         outcome.ball_u_mm = ball.expanded_uncertainty;
-        outcome.notes = quiet.0.lock().unwrap().clone();
+        outcome.notes = warnings.0.lock().unwrap().clone();
         outcome.notes.extend(ball.missing.iter().map(|missing| format!("{missing:?}")));
         outcome.notes.extend(ball.findings.iter().map(|finding| format!("{finding:?}")));
         Ok(outcome)
@@ -116,7 +116,7 @@ impl Outcome {
         {
             let (along, across) = place(f64::from(point.u_px), f64::from(point.v_px));
             found.entry((point.frame, along)).or_default().push((point.order, across));
-            let near: Vec<i8> = (along - BESIDE_PX..=along + BESIDE_PX)
+            let near: Vec<i8> = (along - MARGIN_COLUMNS..=along + MARGIN_COLUMNS)
                 .filter_map(|along| lines.get(&(point.frame, along)))
                 .flatten()
                 .filter(|line| (line.1 - across).abs() < on_line_px)
@@ -184,16 +184,16 @@ fn model_rms_mm(calibration: &Calibration, truth: &[TrueLine]) -> f64 {
 
 /// Collects the warnings.
 #[derive(Default)]
-struct Quiet(Mutex<Vec<String>>);
+struct WarningCollector(Mutex<Vec<String>>);
 
-struct Nothing;
+struct NoTask;
 
-impl Task for Nothing {
+impl Task for NoTask {
     fn step(&self) {}
     fn at(&self, _: &str, _: f64) {}
 }
 
-impl Reporter for Quiet {
+impl Reporter for WarningCollector {
     fn note(&self, _: &str) {}
     fn warn(&self, text: &str) {
         self.0.lock().unwrap().push(text.to_owned());
@@ -202,9 +202,9 @@ impl Reporter for Quiet {
         false
     }
     fn count(&self, _: &str, _: &str, _: usize) -> Box<dyn Task> {
-        Box::new(Nothing)
+        Box::new(NoTask)
     }
     fn fraction(&self, _: &str) -> Box<dyn Task> {
-        Box::new(Nothing)
+        Box::new(NoTask)
     }
 }

@@ -9,7 +9,7 @@ use vision::LineDirection;
 const STANDOFFS_MM: [f64; 3] = [150.0, 400.0, 1000.0];
 /// Cameras, columns and rows: 1.3, 5 and 12.3 megapixels.
 const CAMERAS_PX: [[usize; 2]; 3] = [[1280, 1024], [2448, 2048], [4096, 3000]];
-/// Fraction of half the picture available to the outermost line.
+/// Fraction of half the image available to the outermost line.
 const LINES_SHARE: f64 = 0.62;
 /// Radius of the ball in a field of ±100 mm, mm.
 const BALL_MM: f64 = 18.9;
@@ -46,7 +46,7 @@ impl Station {
         Self { ball_mm: ball * station.ball_mm, ..station }
     }
 
-    /// A station with so many orders, spaced as far apart as the picture allows.
+    /// A station with the given number of orders, spaced as far apart as the image allows.
     pub fn of(
         seed: u64,
         standoff_mm: f64,

@@ -15,7 +15,7 @@ pub struct ClosureGap {
     pub bias_mm: f64,
     /// Root mean square of these differences, bias included, mm.
     pub rms_mm: f64,
-    /// Pairs left out as outliers.
+    /// Pairs excluded as outliers.
     pub n_outliers: usize,
 }
 
@@ -24,11 +24,12 @@ pub struct ClosureGap {
 pub struct Closure {
     /// The same line before and after: slip of the table, drift, movement of the part. Insensitive to the axis.
     pub same_line: Option<ClosureGap>,
-    /// Another line, which observes the place at another angle of the table: also sensitive to errors of the axis.
+    /// Another line, which observes the surface at another angle of the table: also sensitive to errors of the
+    /// axis.
     pub other_lines: Option<ClosureGap>,
 }
 
-/// Differences found in some frames.
+/// Differences in depth from one turn to the next.
 #[derive(Debug, Clone, Default)]
 pub struct ClosurePairs {
     same_line_mm: Vec<f64>,
@@ -36,13 +37,13 @@ pub struct ClosurePairs {
 }
 
 impl ClosurePairs {
-    /// Adds those of another frame.
+    /// Adds the differences of another frame.
     pub fn append(&mut self, mut other: Self) {
         self.same_line_mm.append(&mut other.same_line_mm);
         self.other_lines_mm.append(&mut other.other_lines_mm);
     }
 
-    /// Their statistics; `None` if no place was observed again after a full turn.
+    /// Their statistics; `None` if no point was observed again after a full turn.
     pub fn closure(mut self) -> Option<Closure> {
         let same_line = gap(&mut self.same_line_mm);
         let other_lines = gap(&mut self.other_lines_mm);

@@ -48,7 +48,7 @@ struct Patch {
 }
 
 impl Patch {
-    /// Its position in the common view; computed on demand, as there are millions of patches.
+    /// Its position in the reference view; computed on demand, as there are millions of patches.
     fn view(&self, reference_view: &ReferenceView) -> ViewPoint {
         reference_view.view_of(&self.in_part_mm)
     }
@@ -67,19 +67,19 @@ pub struct Surfaces<'a> {
 struct SurfaceComparison {
     agreeing: usize,
     contradicting: usize,
-    /// Distance to the nearest of them.
+    /// Distance to the nearest of them in depth, in tolerances.
     nearest_tolerances: f64,
 }
 
-/// The patch nearest to a point, and its source.
+/// The patch nearest to a point, and the view of the point from which it is nearest.
 #[derive(Clone, Copy)]
-struct Nearest {
+struct NearestPatch {
     distance: f64,
     idx: usize,
     view: ViewPoint,
 }
 
-/// Frames whose patches are computed together, from their profiles and one more on either side.
+/// Frames whose patches are computed together, from their profiles and those of one more frame on either side.
 const WINDOW_FRAMES: usize = 32;
 
 impl<'a> Surfaces<'a> {
@@ -105,12 +105,12 @@ impl<'a> Surfaces<'a> {
             let end = n_places.min(first + WINDOW_FRAMES);
             let from = first.saturating_sub(1);
             let window = from..n_places.min(end + 1);
-            let seen: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
+            let window_profiles: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
                 .into_par_iter()
                 .map(|place| travel_order[place])
                 .map(|f| Ok((f, profiles.of(f)?)))
                 .collect();
-            let lookup = Lookup::new(seen?, &profiles.labels, profiles.calibration);
+            let lookup = PointLookup::new(window_profiles?, &profiles.labels, profiles.calibration);
             let per_frame: Vec<Vec<Patch>> = (first..end)
                 .into_par_iter()
                 .map(|place| lookup.patches_of(place - from, motions, &reference_view))
@@ -135,7 +135,7 @@ impl<'a> Surfaces<'a> {
 
     /// Whether another order, in another frame, has observed the surface of the point; `tolerances`: the largest
     /// accepted distance.
-    pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
+    pub fn is_observed_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
         self.comparison(point, frame).nearest_tolerances <= tolerances
     }
 
@@ -155,7 +155,7 @@ impl<'a> Surfaces<'a> {
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                     comparison.agreeing += 1;
                 } else if patch.smooth
-                    && self.hides(
+                    && self.occludes(
                         &in_part,
                         patch,
                         if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
@@ -168,7 +168,7 @@ impl<'a> Surfaces<'a> {
         comparison
     }
 
-    /// Depth of the point beyond the patch, and its tolerance.
+    /// Depth of the point minus that of the patch at its position, and the tolerance of this difference, mm.
     fn difference(
         &self,
         point: &ProfilePoint,
@@ -184,7 +184,7 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Whether the nearer of the two would have occluded the farther one in frame `seen_at`.
-    fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
+    fn occludes(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
         let from = &self.motions[seen_at];
         let offset = self.reference_view.seen_from(from, in_part_mm).xy_mm
             - self.reference_view.seen_from(from, &patch.in_part_mm).xy_mm;
@@ -197,7 +197,7 @@ impl<'a> Surfaces<'a> {
         let place = |order: i8| orders.binary_search(&order).ok();
         for point in points.iter().step_by(COMPARE_STRIDE_PX) {
             let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
-            let mut nearest: Vec<Option<Nearest>> = vec![None; orders.len()];
+            let mut nearest: Vec<Option<NearestPatch>> = vec![None; orders.len()];
             for view in self.reference_view.views_of(&in_part) {
                 self.grid.for_each_near(&view.xy_mm, |idx, distance| {
                     let patch = &self.patches[idx];
@@ -206,13 +206,13 @@ impl<'a> Surfaces<'a> {
                         && patch.smooth
                         && nearest[slot].as_ref().is_none_or(|best| distance < best.distance)
                     {
-                        nearest[slot] = Some(Nearest { distance, idx, view });
+                        nearest[slot] = Some(NearestPatch { distance, idx, view });
                     }
                 });
             }
             let Some(own) = place(point.order) else { continue };
             for (slot, found) in nearest.iter().enumerate() {
-                let Some(Nearest { idx, view, .. }) = found else { continue };
+                let Some(NearestPatch { idx, view, .. }) = found else { continue };
                 let patch = &self.patches[*idx];
                 let (apart, tolerance) = self.difference(point, view, patch, &patch.view(&self.reference_view));
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
@@ -249,7 +249,7 @@ pub fn order_pairs(totals: &[Sums], orders: &[i8]) -> Vec<OrderPair> {
 }
 
 impl Sums {
-    /// Adds those of another frame.
+    /// Adds the sums of another frame.
     pub fn add_all(&mut self, other: &Self) {
         self.n += other.n;
         self.sum += other.sum;
@@ -266,8 +266,8 @@ impl Sums {
 /// No point of this order in this column (row).
 const ABSENT: u32 = u32::MAX;
 
-/// Points of some frames that follow one another, by frame, order and scan column (row).
-struct Lookup<'a> {
+/// Points of consecutive frames by frame, order and scan column (row).
+struct PointLookup<'a> {
     profiles: Vec<(usize, Cow<'a, Profile>)>,
     orders: &'a [i8],
     labels: &'a Labels,
@@ -275,7 +275,7 @@ struct Lookup<'a> {
     slots: Vec<u32>,
 }
 
-impl<'a> Lookup<'a> {
+impl<'a> PointLookup<'a> {
     fn new(profiles: Vec<(usize, Cow<'a, Profile>)>, labels: &'a Labels, calibration: &'a Calibration) -> Self {
         let (width_px, height_px) = (calibration.camera.width_px, calibration.camera.height_px);
         let n_along = match (labels.crossing, labels.direction) {
@@ -303,7 +303,7 @@ impl<'a> Lookup<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> i64 {
-        self.labels.along_across(point.order, &point.seen).0.round() as i64
+        self.labels.along_across(point.order, &point.centreline).0.round() as i64
     }
 
     fn slot(&self, place: usize, order: i8, along: i64) -> Option<usize> {
@@ -346,7 +346,7 @@ impl<'a> Lookup<'a> {
     }
 }
 
-/// Slope of depth over the view; `None` where line and travel are parallel or the surface is too steep.
+/// Gradient of depth over the view; `None` where line and travel are parallel or the surface is too steep.
 fn gradient(line: &[ViewPoint; 2], travel: &[ViewPoint; 2]) -> Option<Vector2<f64>> {
     let tangent = |ends: &[ViewPoint; 2]| {
         let across = ends[1].xy_mm - ends[0].xy_mm;

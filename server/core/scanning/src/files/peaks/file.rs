@@ -1,4 +1,4 @@
-//! A file of peaks as the frames of a scan: only the position of each frame in the file is kept in memory.
+//! A peaks file as the frames of a scan: only the location of each frame in the file is kept in memory.
 
 use parking_lot::Mutex;
 use std::borrow::Cow;
@@ -11,7 +11,7 @@ use optics::StagePosition;
 use vision::Centrelines;
 
 use super::reader::{
-    HEADER_BYTES, Head, RECORD_FRAME_BYTES, Record, damaged, read_frame, read_head, read_header, read_record,
+    HEADER_BYTES, RECORD_FRAME_BYTES, Record, RecordHead, damaged, read_frame, read_head, read_header, read_record,
 };
 use super::{FRAME_RECORD, PeaksHeader};
 use crate::error::ContentError;
@@ -21,23 +21,23 @@ use crate::input::frames::{Frames, ScanFrame};
 /// Bytes read at once when the whole file is checked.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// A finished file of peaks, checked completely when it is opened. Frames are read on demand.
+/// A finished peaks file, checked completely when it is opened. Frames are read on demand.
 #[derive(Debug)]
 pub struct PeaksFile {
     /// Common properties of all frames.
     pub header: PeaksHeader,
-    file: Mutex<Box<dyn ReadAnywhere>>,
-    places: Vec<Place>,
+    file: Mutex<Box<dyn ReadSeek>>,
+    locations: Vec<FrameLocation>,
 }
 
 /// Seekable input, used by one thread at a time.
-trait ReadAnywhere: Read + Seek + Send + Debug {}
+trait ReadSeek: Read + Seek + Send + Debug {}
 
-impl<T: Read + Seek + Send + Debug> ReadAnywhere for T {}
+impl<T: Read + Seek + Send + Debug> ReadSeek for T {}
 
-/// Position of a frame in the file, and when and where it was taken.
+/// Location of a frame in the file, its stage position, lit line and capture time.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct FrameLocation {
     offset_bytes: u64,
     size_bytes: u32,
     position: StagePosition,
@@ -62,15 +62,15 @@ impl PeaksFile {
     pub fn new(mut file: impl Read + Seek + Send + Debug + 'static) -> Result<Self, ContentError> {
         let mut input = BufReader::with_capacity(BUFFER_BYTES, &mut file);
         let header = read_header(&mut input)?;
-        let mut places: Vec<Place> = Vec::new();
+        let mut locations: Vec<FrameLocation> = Vec::new();
         let mut offset_bytes = HEADER_BYTES as u64;
         loop {
-            let name = format!("frame {}", places.len());
+            let name = format!("frame {}", locations.len());
             match read_record(&mut input, &name)? {
                 Record::Frame(body) => {
                     let (frame, captured_at_ns) = read_frame(&body, &header, &name)?;
-                    places.push(Place {
-                        offset_bytes: offset_bytes + Head::BYTES as u64,
+                    locations.push(FrameLocation {
+                        offset_bytes: offset_bytes + RecordHead::BYTES as u64,
                         size_bytes: body.len() as u32,
                         position: frame.position,
                         lit_line: frame.centrelines.lit_line,
@@ -79,17 +79,17 @@ impl PeaksFile {
                     offset_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
                 }
                 Record::End(n_frames) => {
-                    super::reader::check_end(&mut input, n_frames, places.len())?;
+                    super::reader::check_end(&mut input, n_frames, locations.len())?;
                     break;
                 }
             }
         }
-        Ok(Self { header, file: Mutex::new(Box::new(file)), places })
+        Ok(Self { header, file: Mutex::new(Box::new(file)), locations })
     }
 
     /// Capture time of a frame by the station's clock; `None` if a recording does not state it.
     pub fn captured_at_ns(&self, frame: usize) -> Option<u64> {
-        self.places[frame].captured_at_ns
+        self.locations[frame].captured_at_ns
     }
 
     /// Reads a frame.
@@ -97,11 +97,11 @@ impl PeaksFile {
     /// # Errors
     /// [`ContentError`] if reading fails, or the file has changed since it was checked.
     pub fn frame(&self, frame: usize) -> Result<ScanFrame, ContentError> {
-        let place = &self.places[frame];
-        let mut body = vec![0; place.size_bytes as usize];
+        let location = &self.locations[frame];
+        let mut body = vec![0; location.size_bytes as usize];
         {
             let mut file = self.file.lock();
-            file.seek(SeekFrom::Start(place.offset_bytes))?;
+            file.seek(SeekFrom::Start(location.offset_bytes))?;
             file.read_exact(&mut body)?;
         }
         Ok(read_frame(&body, &self.header, &format!("frame {frame}"))?.0)
@@ -110,15 +110,15 @@ impl PeaksFile {
 
 impl Frames for PeaksFile {
     fn n_frames(&self) -> usize {
-        self.places.len()
+        self.locations.len()
     }
 
     fn position(&self, frame: usize) -> StagePosition {
-        self.places[frame].position
+        self.locations[frame].position
     }
 
     fn lit_line(&self, frame: usize) -> Option<i8> {
-        self.places[frame].lit_line
+        self.locations[frame].lit_line
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
@@ -126,7 +126,7 @@ impl Frames for PeaksFile {
     }
 }
 
-/// The stage positions of a file's frames, from the record headers alone: nothing else is read or checked.
+/// The stage positions of a file's frames, from the record headers alone; the rest is neither read nor checked.
 ///
 /// # Errors
 /// [`ContentError`] for a damaged header or sequence of records.
@@ -142,7 +142,8 @@ pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<StagePosition>,
         let mut position = [0; 8];
         input.read_exact(&mut position).map_err(|cause| ContentError::truncated(cause, || name.clone()))?;
         positions.push(stage.position(f64::from_le_bytes(position)));
-        let rest = i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - Head::BYTES) as i64 - position.len() as i64;
+        let rest =
+            i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - RecordHead::BYTES) as i64 - position.len() as i64;
         input.seek(SeekFrom::Current(rest))?;
     }
 }
@@ -162,7 +163,9 @@ pub fn read_one_frame(
         if head.kind != FRAME_RECORD {
             return Ok(Err(idx));
         }
-        input.seek(SeekFrom::Current(i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - Head::BYTES) as i64))?;
+        input.seek(SeekFrom::Current(
+            i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - RecordHead::BYTES) as i64,
+        ))?;
     }
     let name = format!("frame {frame}");
     match read_record(&mut input, &name)? {

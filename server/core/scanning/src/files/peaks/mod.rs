@@ -18,7 +18,7 @@ use vision::LineDirection;
 
 use crate::input::frames::ScanFrame;
 
-/// First bytes of every such file.
+/// First bytes of every peaks file.
 const MAGIC: &[u8; 16] = b"sheaf-peaks/2\n\0\0";
 
 /// Record of one frame.
@@ -33,7 +33,8 @@ const NO_TIME: u64 = u64::MAX;
 /// Bytes of a point: u, v, normal, σ as f64; intensity and width as f32; one byte of flags.
 const POINT_BYTES: usize = 5 * 8 + 2 * 4 + 1;
 
-/// Set beside the number of a line that was lit alone: it runs along columns, whatever the header says of the others.
+/// Flag beside the number of a line that was lit alone: it runs along columns, whatever the header states for the
+/// others.
 const ALONG_COLUMNS: u32 = 1 << 31;
 
 /// Longest record, bytes: a frame of 1.3 million points, far beyond what lines on a 50 megapixel sensor give.
@@ -46,7 +47,7 @@ pub struct PeaksHeader {
     pub width_px: u32,
     /// Image rows.
     pub height_px: u32,
-    /// Which way the lines run.
+    /// Direction of the lines.
     pub line_direction: LineDirection,
     /// Kind of stage, which determines the unit of the positions.
     pub stage: StageKind,

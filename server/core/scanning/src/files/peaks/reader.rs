@@ -1,4 +1,4 @@
-//! Reading peaks: memory grows with the bytes actually read, whatever a count claims.
+//! Reading peaks. Counts are not trusted: memory grows with the bytes actually read.
 
 use std::io::Read;
 
@@ -21,7 +21,7 @@ pub struct PeaksPrefix {
     /// Its frames.
     pub peaks: Peaks,
     /// Its length, without an end record.
-    pub trusted_bytes: u64,
+    pub intact_bytes: u64,
     /// Whether the end record follows: nothing is missing.
     pub finished: bool,
 }
@@ -45,9 +45,9 @@ pub fn read_peaks(mut input: impl Read) -> Result<Peaks, ContentError> {
 }
 
 /// Checks that all frames were read and nothing follows.
-pub(super) fn check_end(input: &mut impl Read, n_promised: u64, n_frames: usize) -> Result<(), ContentError> {
-    if n_promised != n_frames as u64 {
-        let problem = format!("the file ends after {n_frames} of {n_promised} frames");
+pub(super) fn check_end(input: &mut impl Read, n_stated: u64, n_frames: usize) -> Result<(), ContentError> {
+    if n_stated != n_frames as u64 {
+        let problem = format!("the file ends after {n_frames} of {n_stated} frames");
         return Err(ContentError::malformed("end", problem, RESTORE));
     }
     match input.read(&mut [0])? {
@@ -63,25 +63,25 @@ pub(super) fn check_end(input: &mut impl Read, n_promised: u64, n_frames: usize)
 pub fn read_peaks_prefix(mut input: impl Read) -> Result<PeaksPrefix, ContentError> {
     let header = read_header(&mut input)?;
     let mut peaks = Peaks { header, frames: Vec::new(), captured_at_ns: Vec::new() };
-    let mut trusted_bytes = HEADER_BYTES as u64;
+    let mut intact_bytes = HEADER_BYTES as u64;
     loop {
         let record = match read_record(&mut input, "frame") {
             Ok(record) => record,
             Err(ContentError::Malformed { .. }) => {
-                return Ok(PeaksPrefix { peaks, trusted_bytes, finished: false });
+                return Ok(PeaksPrefix { peaks, intact_bytes, finished: false });
             }
             Err(error) => return Err(error),
         };
         match record {
             Record::Frame(body) => {
                 if add_frame(&mut peaks, &body, "frame").is_err() {
-                    return Ok(PeaksPrefix { peaks, trusted_bytes, finished: false });
+                    return Ok(PeaksPrefix { peaks, intact_bytes, finished: false });
                 }
-                trusted_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
+                intact_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
             }
             Record::End(n_frames) => {
                 let finished = n_frames == peaks.frames.len() as u64;
-                return Ok(PeaksPrefix { peaks, trusted_bytes, finished });
+                return Ok(PeaksPrefix { peaks, intact_bytes, finished });
             }
         }
     }
@@ -101,7 +101,7 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
     let mut bytes = [0; HEADER_BYTES];
     input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
     if &bytes[..16] != MAGIC {
-        let remedy = "use a file of peaks that this version of the program supports";
+        let remedy = "use a peaks file that this version of the program supports";
         return Err(ContentError::malformed("header", "the file does not begin with `sheaf-peaks/2`", remedy));
     }
     let mut cursor = Cursor { bytes: &bytes[16..], place: "header" };
@@ -123,26 +123,26 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
     Ok(PeaksHeader { width_px, height_px, line_direction, stage })
 }
 
-/// What a record begins with.
-pub(super) struct Head {
+/// The beginning of a record: its kind and size.
+pub(super) struct RecordHead {
     bytes: [u8; Self::BYTES],
     pub kind: u32,
     pub size_bytes: u32,
 }
 
-impl Head {
+impl RecordHead {
     pub const BYTES: usize = 8;
 }
 
-pub(super) fn read_head(input: &mut impl Read, place: &str) -> Result<Head, ContentError> {
-    let mut bytes = [0; Head::BYTES];
+pub(super) fn read_head(input: &mut impl Read, place: &str) -> Result<RecordHead, ContentError> {
+    let mut bytes = [0; RecordHead::BYTES];
     input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || place.to_owned()))?;
     let mut cursor = Cursor { bytes: &bytes, place };
     let (kind, size_bytes) = (cursor.u32()?, cursor.u32()?);
     if size_bytes > RECORD_LIMIT_BYTES || !matches!(kind, FRAME_RECORD | END_RECORD) {
         return Err(damaged(place));
     }
-    Ok(Head { bytes, kind, size_bytes })
+    Ok(RecordHead { bytes, kind, size_bytes })
 }
 
 pub(super) fn read_record(input: &mut impl Read, place: &str) -> Result<Record, ContentError> {
@@ -170,7 +170,7 @@ fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentE
     Ok(())
 }
 
-/// The frame in a record, and when it was taken.
+/// The frame in a record, and its capture time.
 pub(super) fn read_frame(
     body: &[u8],
     header: &PeaksHeader,
@@ -208,7 +208,7 @@ pub(super) fn damaged(place: &str) -> ContentError {
     ContentError::malformed(place, "the checksum does not match", RESTORE)
 }
 
-/// The unread rest of a record.
+/// The unread part of a record.
 struct Cursor<'a> {
     bytes: &'a [u8],
     place: &'a str,

@@ -1,5 +1,5 @@
-//! Written data is read back to the last bit; truncation, damage and false counts are detected without using memory.
-//! That a cloud from peaks equals the cloud from pictures is tested in the service.
+//! Written data is read back to the last bit; truncation, damage and wrong counts are detected without allocating
+//! memory. That a cloud from peaks equals the cloud from images is tested in the service.
 
 use std::io::Cursor;
 
@@ -57,7 +57,7 @@ fn frames() -> Vec<ScanFrame> {
 }
 
 #[test]
-fn peaks_come_back_to_the_last_bit() {
+fn peaks_are_read_back_to_the_last_bit() {
     let peaks = read_peaks(Cursor::new(written(&frames()))).unwrap();
     assert_eq!(peaks.header, HEADER);
     assert_eq!(peaks.frames, frames());
@@ -80,7 +80,7 @@ fn the_lines_of_a_cross_keep_their_directions() {
 }
 
 #[test]
-fn the_bytes_are_those_of_the_table_in_the_documentation() {
+fn the_bytes_match_the_table_in_the_documentation() {
     let bytes = written(&[frame(1, 1)]);
     assert_eq!(&bytes[..32], b"sheaf-peaks/2\n\0\0\x00\x05\0\0\x00\x04\0\0\x01\0\0\0\0\0\0\0");
     let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -95,7 +95,7 @@ fn the_bytes_are_those_of_the_table_in_the_documentation() {
 }
 
 #[test]
-fn a_file_cut_anywhere_is_an_error_and_gives_its_whole_frames_as_prefix() {
+fn a_truncated_file_is_an_error_and_its_intact_frames_are_the_prefix() {
     let bytes = written(&frames());
     let ends = record_ends();
     for keep in 0..bytes.len() {
@@ -112,13 +112,13 @@ fn a_file_cut_anywhere_is_an_error_and_gives_its_whole_frames_as_prefix() {
     assert!(read_peaks_prefix(Cursor::new(&bytes)).unwrap().finished);
 }
 
-/// Where each frame's record ends.
+/// End of each frame's record, bytes.
 fn record_ends() -> Vec<usize> {
     (1..=frames().len()).map(|n| written(&frames()[..n]).len() - 24).collect()
 }
 
 #[test]
-fn every_flipped_byte_is_found() {
+fn every_flipped_byte_is_detected() {
     let bytes = written(&frames());
     for at in 0..bytes.len() {
         // Bytes 28 to 31 are reserved; the checksum guards them too.
@@ -133,7 +133,7 @@ fn every_flipped_byte_is_found() {
 }
 
 #[test]
-fn false_counts_with_right_checksums_are_refused_without_memory() {
+fn wrong_counts_with_valid_checksums_are_refused_without_allocating() {
     let mut body = Vec::new();
     body.extend(0f64.to_le_bytes());
     body.extend(0u64.to_le_bytes());
@@ -157,7 +157,7 @@ fn false_counts_with_right_checksums_are_refused_without_memory() {
 }
 
 #[test]
-fn a_scan_resumed_after_a_torn_write_ends_with_the_same_bytes() {
+fn a_scan_resumed_after_an_interrupted_write_ends_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("peaks");
     let whole = written(&frames());

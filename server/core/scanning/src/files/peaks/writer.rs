@@ -122,8 +122,7 @@ impl PeaksWriter<File> {
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(read)?;
         let prefix =
             read_peaks_prefix(BufReader::new(&mut file)).map_err(|error| FileError::reading(path, error))?;
-        let cut =
-            file.set_len(prefix.trusted_bytes).and_then(|()| file.seek(SeekFrom::Start(prefix.trusted_bytes)));
+        let cut = file.set_len(prefix.intact_bytes).and_then(|()| file.seek(SeekFrom::Start(prefix.intact_bytes)));
         cut.map_err(|cause| FileError::Write { path: path.to_owned(), cause })?;
         let n_frames = prefix.peaks.frames.len() as u64;
         Ok((Self { out: file, n_frames, record: Vec::new() }, prefix))
@@ -160,7 +159,7 @@ fn pack_record(
         ContentError::malformed(
             "a frame of the scan",
             format!("{n_bytes} bytes of points are more than {RECORD_LIMIT_BYTES}"),
-            "check exposure and laser: this is not a picture of laser lines",
+            "check exposure and laser: this is not an image of laser lines",
         )
     })?;
     record[4..HEAD_BYTES].copy_from_slice(&size.to_le_bytes());

@@ -1,4 +1,5 @@
-//! The second look: whether another order, in another frame, observes the same surface at the same place.
+//! Repeated observations: whether another order, in another frame, observes the same surface at the same position
+//! on the part.
 
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ use crate::params::{
     SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
-/// Inputs of the second look.
+/// Inputs of the comparison.
 pub struct Scene<'a> {
     /// Samples of all pieces.
     pub samples: &'a Samples,
@@ -27,7 +28,7 @@ pub struct Scene<'a> {
     pub travel_rank: &'a [usize],
     /// Per frame: the motion of the part.
     pub motions: &'a [FrameMotion],
-    /// The common view.
+    /// The reference view.
     pub reference_view: &'a ReferenceView,
 }
 
@@ -41,7 +42,8 @@ struct Patch {
     label: u32,
     /// Rank of its frame along the travel.
     place: u32,
-    /// Whether the surface continues smoothly on all four sides: only then may it contradict.
+    /// Whether the surface continues smoothly on all four sides; otherwise it is not evidence against a
+    /// hypothesis.
     interior: bool,
 }
 
@@ -49,7 +51,7 @@ struct Patch {
 type PairwiseTerm = (u32, u32, u32, f64);
 
 /// Adds agreements and contradictions between all hypotheses of different orders.
-pub fn add_second_looks(evidence: &mut Evidence, scene: &Scene) {
+pub fn add_repeated_observations(evidence: &mut Evidence, scene: &Scene) {
     let reference_view = scene.reference_view;
     let step = reference_view.step_mm.norm() * reference_view.frame_stride() as f64;
     if !(step > 0.0 && step.is_finite()) {
@@ -82,16 +84,16 @@ impl Scene<'_> {
         self.travel_rank[self.pieces[piece].frame]
     }
 
-    /// Patches of all hypotheses with known surroundings along the line and along the travel.
+    /// Patches of all hypotheses with known neighbours along the line and along the travel.
     fn patches(&self) -> Vec<Patch> {
         let stride = self.reference_view.frame_stride();
         let of_piece = |piece: usize| -> Vec<Patch> {
             let line = self.line(piece);
             self.samples.range(piece).flat_map(|idx| self.patches_of_sample(idx, &line)).collect()
         };
-        let speaking =
+        let sampled =
             (0..self.pieces.len()).into_par_iter().filter(|&piece| self.place(piece).is_multiple_of(stride));
-        let per_piece: Vec<Vec<Patch>> = speaking.map(of_piece).collect();
+        let per_piece: Vec<Vec<Patch>> = sampled.map(of_piece).collect();
         per_piece.into_iter().flatten().collect()
     }
 
@@ -118,7 +120,7 @@ impl Scene<'_> {
             let (line, travel) = (line.map(at), travel.map(at));
             let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
             let interior =
-                [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm, curvature_per_mm));
+                [line, travel].iter().all(|ends| is_smooth(&view, ends, hypothesis.sigma_mm, curvature_per_mm));
             Some(Patch {
                 in_part_mm: hypothesis.in_part_mm,
                 view,
@@ -153,11 +155,11 @@ impl Scene<'_> {
         }
         terms.sort_by_key(|term| (term.0, term.1, term.2));
         terms.dedup_by(|next, kept| {
-            let same = (next.0, next.1, next.2) == (kept.0, kept.1, kept.2);
-            if same {
+            let is_same = (next.0, next.1, next.2) == (kept.0, kept.1, kept.2);
+            if is_same {
                 kept.3 += next.3;
             }
-            same
+            is_same
         });
         terms
     }
@@ -179,16 +181,16 @@ impl Scene<'_> {
         {
             return 0.0;
         }
-        let ratio = apart_in_tolerances(hypothesis, view, patch, self.reference_view);
+        let ratio = distance_in_tolerances(hypothesis, view, patch, self.reference_view);
         if ratio < CLOSE_TOLERANCES && !same_order {
             return 1.0 - (ratio / CLOSE_TOLERANCES).powi(2);
         }
         let contradicted = ratio > CONTRADICTION_TOLERANCES && patch.interior;
-        if contradicted && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
+        if contradicted && self.occludes(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
     }
 
     /// Whether the nearer of the two would have occluded the other when that was observed.
-    fn hides(
+    fn occludes(
         &self,
         piece: usize,
         hypothesis: &Hypothesis,
@@ -204,7 +206,7 @@ impl Scene<'_> {
 }
 
 /// Distance in depth between a hypothesis and a patch, in tolerances.
-fn apart_in_tolerances(
+fn distance_in_tolerances(
     hypothesis: &Hypothesis,
     view: &ViewPoint,
     patch: &Patch,
@@ -218,7 +220,7 @@ fn apart_in_tolerances(
     apart / tolerance
 }
 
-/// From one neighbour to the other, or between the point and its only neighbour: (x, y, depth).
+/// Difference (x, y, depth) from one neighbour to the other, or between the point and its only neighbour.
 fn difference(at: &ViewPoint, ends: &[Option<ViewPoint>; 2]) -> Option<Vector3<f64>> {
     if ends[0].is_none() && ends[1].is_none() {
         return None;
@@ -228,7 +230,7 @@ fn difference(at: &ViewPoint, ends: &[Option<ViewPoint>; 2]) -> Option<Vector3<f
     Some(Vector3::new(across.x, across.y, to.depth_mm - from.depth_mm))
 }
 
-/// Slope of depth over the view from two tangents; `None` if they are parallel or the patch is too steep.
+/// Gradient of depth over the view from two tangents; `None` if they are parallel or the patch is too steep.
 pub fn gradient(along: &Vector3<f64>, travel: &Vector3<f64>) -> Option<Vector2<f64>> {
     let normal = along.cross(travel);
     let gradient = Vector2::new(-normal.x / normal.z, -normal.y / normal.z);
@@ -237,7 +239,7 @@ pub fn gradient(along: &Vector3<f64>, travel: &Vector3<f64>) -> Option<Vector2<f
 }
 
 /// Whether both neighbours exist and the surface passes them without a bend beyond noise and curvature.
-fn goes_on(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64, curvature_per_mm: f64) -> bool {
+fn is_smooth(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64, curvature_per_mm: f64) -> bool {
     let [Some(from), Some(to)] = ends else { return false };
     let bend = (from.depth_mm + to.depth_mm - 2.0 * at.depth_mm).abs();
     let reach = 0.25 * (to.xy_mm - from.xy_mm).norm_squared();

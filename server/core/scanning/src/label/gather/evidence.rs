@@ -1,6 +1,7 @@
 //! Evidence for labels: unary and pairwise terms over (piece, label).
 
-/// Weights of single labels and of pairs of labels, in units of one full sample; positive weights support them.
+/// Unary and pairwise terms of the score (`docs/maths/labelling.md`, eq. 2), in units of one full sample; positive
+/// weights support labels.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Labels per piece: the calibration's orders, then "none".
@@ -15,7 +16,7 @@ pub struct Evidence {
     pub ranks: Vec<Vec<Rank>>,
 }
 
-/// Another line of the same frame: where it lies above, its order must be lower, and vice versa.
+/// Another line of the same frame: if it lies above, its order must be lower, and vice versa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rank {
     /// The other piece.
@@ -37,25 +38,25 @@ pub fn wrong_labels(is_above: bool, label: usize, none: usize) -> std::ops::Rang
     }
 }
 
-/// The other side of a pair.
+/// A pairwise term with the label of another piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     /// The other piece.
     pub piece: u32,
     /// The other piece's label.
     pub label: u32,
-    /// Weight of the two together.
+    /// Weight if both labels are assigned.
     pub weight: f32,
     /// Its source.
-    pub kind: Kind,
+    pub kind: PairKind,
 }
 
 /// Source of a pairwise weight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Another order, or the same much later, at the same place of the part.
-    SecondLook,
-    /// Continuity: the same line elsewhere.
+pub enum PairKind {
+    /// Another order, or the same order in a distant frame, at the same position on the part.
+    RepeatedObservation,
+    /// Continuity: the same line in a neighbouring frame, or beyond a gap or kink.
     Bond,
 }
 
@@ -63,13 +64,14 @@ pub enum Kind {
 /// samples, so that they do not depend on the summation order, and subtracting a weight restores the previous sum.
 const WEIGHT_GRID: f64 = 1.0 / (1 << 20) as f64;
 
-/// A weight as stored in the evidence: single precision, whose numbers above 16 are multiples of the grid already.
+/// A weight as stored in the evidence: single precision, in which numbers above 16 are multiples of the grid
+/// anyway.
 pub fn quantised(weight: f64) -> f32 {
     ((weight / WEIGHT_GRID).round() * WEIGHT_GRID) as f32
 }
 
 impl Evidence {
-    /// No evidence yet, for pieces of the given sizes; leaving a piece unlabelled has a small cost.
+    /// Without evidence, for pieces of the given sizes; `unlabelled_cost`: per sample of an unlabelled piece.
     pub fn new(n_orders: usize, sizes: Vec<f64>, unlabelled_cost: f64) -> Self {
         let n_labels = n_orders + 1;
         let mut unary = vec![0.0; sizes.len() * n_labels];
@@ -105,23 +107,23 @@ impl Evidence {
 
     /// Adds a weight to the label of one piece given the label of another; the other piece adds its own term.
     pub fn add_pairwise(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
-        self.add_half(to, from, weight, Kind::SecondLook);
+        self.add_directed(to, from, weight, PairKind::RepeatedObservation);
     }
 
-    /// Adds a weight to two pieces having the same label, any label, "none" included.
+    /// Adds a weight for two pieces with equal labels, "none" included.
     pub fn add_bond(&mut self, piece_a: usize, piece_b: usize, weight: f64) {
         for label in 0..self.n_labels {
-            self.add_half((piece_a, label), (piece_b, label), weight, Kind::Bond);
-            self.add_half((piece_b, label), (piece_a, label), weight, Kind::Bond);
+            self.add_directed((piece_a, label), (piece_b, label), weight, PairKind::Bond);
+            self.add_directed((piece_b, label), (piece_a, label), weight, PairKind::Bond);
         }
     }
 
-    fn add_half(
+    fn add_directed(
         &mut self,
         (piece, label): (usize, usize),
         (other, other_label): (usize, usize),
         weight: f64,
-        kind: Kind,
+        kind: PairKind,
     ) {
         let pair = Pair { piece: other as u32, label: other_label as u32, weight: quantised(weight), kind };
         self.pairs[piece * self.n_labels + label].push(pair);
@@ -188,10 +190,10 @@ impl Evidence {
 
     /// [`Evidence::score`] without continuity.
     pub fn score_without_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        self.score_of(piece, label, labels, |kind| kind != Kind::Bond)
+        self.score_of(piece, label, labels, |kind| kind != PairKind::Bond)
     }
 
-    fn score_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(Kind) -> bool) -> f64 {
+    fn score_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(PairKind) -> bool) -> f64 {
         let slot = piece * self.n_labels + label;
         let agrees = |pair: &&Pair| counts(pair.kind) && labels[pair.piece as usize] == pair.label as usize;
         let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();

@@ -1,5 +1,5 @@
-//! The features of every frame needed for labelling, extracted in a few passes: a scan's points need not be in memory
-//! together.
+//! The features of every frame needed for labelling, extracted in a few passes, so that a scan's points need not
+//! be in memory together.
 
 use statistics::median;
 use vision::{Centrelines, LineDirection};
@@ -9,7 +9,7 @@ use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
 use crate::error::ScanError;
 use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
-use crate::input::line_step::sharp_width_px;
+use crate::input::line_step::in_focus_width_px;
 use crate::input::motions::FrameMotion;
 use crate::label::columns::{Columns, pieces_of};
 use crate::label::pieces::{self, Joint, Piece};
@@ -45,25 +45,25 @@ pub fn extract_features(
         shared_columns: Vec::with_capacity(frames.n_frames()),
         pieces: Vec::new(),
     };
-    let look =
+    let of_frame =
         |frame| Ok(OneFrameFeatures::new(view, &pieces, frame, &*lines_of(frames, frame)?, &motions[frame]));
-    in_order(frames.n_frames(), look, |look| {
-        features.samples.append(look.samples);
-        features.ends.extend(look.ends);
-        features.joined.extend(look.joined);
-        features.widths_px.extend(look.widths_px);
-        features.shared_columns.push(look.shared_columns);
+    in_order(frames.n_frames(), of_frame, |of_frame| {
+        features.samples.append(of_frame.samples);
+        features.ends.extend(of_frame.ends);
+        features.joined.extend(of_frame.joined);
+        features.widths_px.extend(of_frame.widths_px);
+        features.shared_columns.push(of_frame.shared_columns);
         Ok(())
     })?;
     features.pieces = pieces;
     Ok(features)
 }
 
-/// The lines of all frames in pieces.
+/// The lines of all frames, cut into pieces.
 pub struct CutLines {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
-    /// Per frame: which way its lines run.
+    /// Per frame: direction of its lines.
     pub directions: Vec<LineDirection>,
     /// Full width of lines in focus, px: the median over the frames.
     pub width_px: f64,
@@ -75,10 +75,10 @@ pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLine
     let found = of_every_frame(frames, |frame, lines| {
         let pieces = pieces::pieces_of_frame(lines, frame, lines.direction);
         let joints = pieces::joints_of_frame(&pieces, lines, lines.direction);
-        ((pieces, joints), (lines.direction, sharp_width_px(lines)))
+        ((pieces, joints), (lines.direction, in_focus_width_px(lines)))
     })?;
-    let (found, looks): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = looks.into_iter().unzip();
+    let (found, properties): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = properties.into_iter().unzip();
     widths_px.retain(|width_px| *width_px > 0.0);
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
     let nearby = pieces::joints_nearby(&joints, travel_order);
@@ -102,7 +102,7 @@ impl OneFrameFeatures {
     fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
         let own = pieces_of(pieces, frame);
         let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);
-        let width_px = sharp_width_px(lines);
+        let width_px = in_focus_width_px(lines);
         let follows = |idx: usize| {
             idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, width_px, view.direction)
         };

@@ -48,7 +48,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Without pieces.
+    /// No samples yet.
     pub fn new(n_orders: usize) -> Self {
         Self { all: Vec::new(), first_of_piece: vec![0], hypotheses: Vec::new(), n_orders }
     }
@@ -93,7 +93,7 @@ pub struct View<'a> {
     pub triangulator: &'a Triangulator,
     /// Depth range of valid labels.
     pub depth_range_mm: DepthRangeMm,
-    /// Which way the lines run.
+    /// Direction of the lines.
     pub direction: LineDirection,
 }
 
@@ -145,7 +145,7 @@ impl View<'_> {
     }
 }
 
-/// ln of the median width about a point of a line; `near` is scratch.
+/// ln of the median width about a point of a line; `near` is reusable memory.
 fn log_width(points: &[CentrelinePoint], at: usize, near: &mut Vec<f64>) -> f64 {
     let reach = (WIDTH_WINDOW_WIDTHS * f64::from(points[at].width_px)).ceil() as usize;
     let around = at.saturating_sub(reach)..(at + reach + 1).min(points.len());
@@ -180,16 +180,16 @@ mod tests {
     use super::*;
 
     /// Angle between neighbouring sheets: so small that the line spacing is constant over one pitch.
-    const SHEETS_APART_RAD: f64 = 2e-4;
+    const SHEET_SPACING_RAD: f64 = 2e-4;
     /// The second-order term of that spacing, at the steepest ray.
     const TOLERANCE: f64 = 5e-3;
 
     #[test]
     fn the_line_pitch_matches_the_next_sheet_at_the_same_depth_for_any_ray() {
-        // Half a field of 52° by 46°: rays in its corners are 1.7 times as long as their depth.
+        // Half angles of the field 52° and 46°: rays in its corners are 1.7 times as long as their depth.
         let source = Vector3::new(0.0, -170.0, 0.0);
         let sheet = |order: i8| {
-            let turned = Rotation3::new(-Vector3::x() * (0.4 + SHEETS_APART_RAD * f64::from(order)));
+            let turned = Rotation3::new(-Vector3::x() * (0.4 + SHEET_SPACING_RAD * f64::from(order)));
             (order, Plane::through(&source, turned * -Vector3::y()))
         };
         let matrix = [[500.0, 0.0, 639.5], [0.0, 500.0, 511.5], [0.0, 0.0, 1.0]];

@@ -1,5 +1,5 @@
-//! Gathers the evidence for and against every label: samples tried with every order, lines tracked, surfaces observed
-//! twice.
+//! Gathers the evidence for and against every label: samples triangulated with every order, lines tracked from
+//! frame to frame, surfaces observed twice.
 
 pub mod agreement;
 pub mod evidence;

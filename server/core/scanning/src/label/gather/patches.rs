@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-/// Most cells per entry: bounds the memory when a few entries are far out.
+/// Most cells per entry: bounds the memory if a few entries are far from the others.
 const MAX_CELLS_PER_ENTRY: usize = 64;
 
 /// A point as viewed from one position: coordinates across the view at the reference depth, and depth.
@@ -84,8 +84,8 @@ impl PatchGrid {
         (across / self.radii_mm[0]).powi(2) + (along / self.radii_mm[1]).powi(2) <= 1.0
     }
 
-    /// Calls `act(entry, squared distance in radii)` for every entry within the search ellipse.
-    pub fn for_each_near(&self, xy_mm: &Vector2<f64>, mut act: impl FnMut(usize, f64)) {
+    /// Calls `visit(entry, squared distance in radii)` for every entry within the search ellipse.
+    pub fn for_each_near(&self, xy_mm: &Vector2<f64>, mut visit: impl FnMut(usize, f64)) {
         if self.places.is_empty() {
             return;
         }
@@ -101,7 +101,7 @@ impl PatchGrid {
                     let offset = place - self.places[entry as usize];
                     let distance = (offset.x / self.radii_mm[0]).powi(2) + (offset.y / self.radii_mm[1]).powi(2);
                     if distance <= 1.0 {
-                        act(entry as usize, distance);
+                        visit(entry as usize, distance);
                     }
                 }
             }

@@ -29,8 +29,9 @@ pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
 
 /// Adds a cost to every pair of labels in the wrong order, per shared sample.
 ///
-/// Lines on solid parts cannot change places: where the nearer surface moves order k beyond order k + 1's line on the
-/// ground, it also shadows that line. On thin overhanging parts they can; those lines are outvoted or left unlabelled.
+/// Lines on solid parts cannot exchange ranks: where the nearer surface displaces the line of order k beyond that
+/// of order k + 1 on the ground, it also shadows that line. On thin overhanging parts they can; repeated
+/// observations then decide, or those lines are left unlabelled.
 pub fn add_ranks(evidence: &mut Evidence, shared: &SharedColumns) {
     for &(upper, lower, share) in shared {
         evidence.add_rank(upper, lower, RANK_COST * share);

@@ -33,14 +33,14 @@ impl ReferenceView {
 
     /// The same, with its repetitions one turn earlier and later on a turntable.
     pub fn views_of(&self, in_part_mm: &Vector3<f64>) -> impl Iterator<Item = ViewPoint> + use<> {
-        let most = if self.chart.period_mm().is_some() { MOST_TURNS } else { 0 };
+        let most = if self.chart.period_mm().is_some() { MAX_TURNS } else { 0 };
         self.views_after(in_part_mm, -most..=most)
     }
 
-    /// A point of the part where it was viewed one or more turns earlier.
+    /// A point of the part as viewed one or more turns earlier.
     pub fn views_a_turn_before(&self, in_part_mm: &Vector3<f64>) -> impl Iterator<Item = ViewPoint> + use<> {
         // Positions in later frames have a smaller y.
-        self.views_after(in_part_mm, 1..=MOST_TURNS)
+        self.views_after(in_part_mm, 1..=MAX_TURNS)
     }
 
     fn views_after(
@@ -64,20 +64,20 @@ impl ReferenceView {
         view_point(&frame.seen_from(in_part_mm, self.reference_depth_mm))
     }
 
-    /// Curvature of a surface that is allowed for when a patch of it is extended.
+    /// Largest curvature allowed for when a patch of surface is extended.
     pub fn curvature_per_mm(&self) -> f64 {
         1.0 / (PATCH_RADIUS_RELATIVE * self.reference_depth_mm)
     }
 
-    /// Every how many frames a line is sampled: steps much finer than the samples along the line add nothing.
+    /// Stride of the frames that are sampled: steps much finer than the samples along the line add no information.
     pub fn frame_stride(&self) -> usize {
         let sample_mm = self.column_mm * SAMPLE_STRIDE_PX as f64;
         ((sample_mm / 4.0 / self.step_mm.norm()) as usize).max(1)
     }
 }
 
-/// Most turns between two observations of one place: a table rarely turns more often in one scan.
-const MOST_TURNS: i32 = 2;
+/// Most turns between two observations of one point: scans rarely have more turns.
+const MAX_TURNS: i32 = 2;
 
 fn view_point(seen: &Vector3<f64>) -> ViewPoint {
     ViewPoint { xy_mm: seen.xy(), depth_mm: seen.z }

@@ -14,11 +14,11 @@ use crate::params::{
 
 /// Per piece: its strip, numbered by first piece.
 ///
-/// Pieces of one label hang together if the samples they share pass from one frame to the next as a smooth surface
-/// would: on the mean no bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not count: a
-/// part that rises by just a wrap looks like that.
+/// Pieces of one label are linked if their common samples continue from one frame to the next as a smooth surface
+/// does: without a mean bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not
+/// link: a part that rises by exactly one wrap looks the same.
 ///
-/// `line_width_px`: that of lines in focus.
+/// `line_width_px`: width of lines in focus.
 pub fn strips(
     labels: &[usize],
     samples: &Samples,
@@ -64,7 +64,7 @@ pub fn strips(
         .collect()
 }
 
-/// What the samples of two pieces show about the surface between them.
+/// Smoothness of the surface between two pieces, from their common samples.
 #[derive(Debug, Clone, Copy, Default)]
 struct Link {
     /// Bends at the first and at the second piece.
@@ -78,7 +78,7 @@ struct Bend {
     n: f64,
     sum_mm: f64,
     sigma_mm: f64,
-    /// Bend explained by curvature.
+    /// Bend explained by the largest curvature.
     allowed_mm: f64,
 }
 

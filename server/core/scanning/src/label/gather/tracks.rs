@@ -16,7 +16,7 @@ use crate::params::{
     SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 
-/// Per sample: the sample of the same line in the neighbouring frames.
+/// Per sample: the sample of the same line in the neighbouring frames along the travel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Partners {
     /// In the frame at the next stage position.
@@ -25,8 +25,9 @@ pub struct Partners {
     pub previous: Vec<Option<usize>>,
 }
 
-/// Tracks every sample into the frames before and after along the stage (`travel_order`): mutually nearest line in its
-/// column (row), within the gate. Adds a bond to that line; the closer in the image, the stronger.
+/// Tracks every sample into the frames before and after along the stage (`travel_order`): the mutually nearest
+/// line in its column (row), within the gate. Adds a bond to that line, which is stronger the closer the lines are
+/// in the image.
 pub fn add_tracks(
     evidence: &mut Evidence,
     samples: &Samples,
@@ -70,7 +71,7 @@ fn followed(sample: &Sample, here: &Columns, there: &Columns) -> Option<(usize, 
     (back.piece == sample.piece).then_some((other.piece, 1.0 - miss * miss))
 }
 
-/// Bonds between pieces of one frame that continue one another across a gap.
+/// Adds bonds between pieces of one frame that continue one another across a gap.
 pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], ends: &[(End, End)]) {
     let mut first = 0;
     while first < pieces.len() {
@@ -101,8 +102,8 @@ fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) ->
     })
 }
 
-/// Bonds between pieces that were cut at a kink: usually the line merely bends there. `joined`: per piece, whether it
-/// follows the previous one without a jump.
+/// Adds bonds between pieces that were cut at a kink, since usually it is one line that bends. `joined`: per
+/// piece, whether it follows the previous one without a jump.
 pub fn add_joints(evidence: &mut Evidence, joined: &[bool]) {
     for idx in (1..joined.len()).filter(|&idx| joined[idx]) {
         let smaller = evidence.sizes[idx - 1].min(evidence.sizes[idx]);
@@ -154,11 +155,11 @@ fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
     let points = || along.iter().zip(across);
     let n = along.len() as f64;
     let mean = points().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
-    let (spread, lean) = points().fold((0.0, 0.0), |(spread, lean), p| {
+    let (spread, covariance) = points().fold((0.0, 0.0), |(spread, covariance), p| {
         let along = p.0 - mean.0;
-        (spread + along * along, lean + along * (p.1 - mean.1))
+        (spread + along * along, covariance + along * (p.1 - mean.1))
     });
-    let slope = if spread > 0.0 { lean / spread } else { 0.0 };
+    let slope = if spread > 0.0 { covariance / spread } else { 0.0 };
     End { along: place, across: mean.1 + slope * (place - mean.0), slope, n_points: along.len() }
 }
 

@@ -1,4 +1,4 @@
-//! Out-of-focus lines are wider: the width of a line as evidence for the depth that a label gives it.
+//! Line widths as evidence for depth and so for the order: lines out of focus are wider.
 
 use optics::DepthRangeMm;
 
@@ -9,7 +9,7 @@ use crate::label::pieces::Piece;
 use crate::label::sample_weight;
 use crate::params::{WIDTH_COST, WIDTH_FITS_SIGMAS};
 
-/// The widths of a scan's lines, learned from all samples under the labels of their pieces.
+/// The model of a scan's line widths, fitted to all samples under the labels of their pieces.
 pub fn learned(samples: &Samples, labels: &[usize], orders: &[i8], depths: DepthRangeMm) -> LineWidths {
     let known = samples.all.iter().enumerate().filter_map(|(idx, sample)| {
         let label = labels[sample.piece];

@@ -1,4 +1,4 @@
-//! Minimum cut: which of many nodes are best changed together?
+//! Minimum cut: the set of nodes that is changed at the lowest cost.
 //!
 //! Each node is changed or not; a change has a cost of its own, and there is a cost if one of two nodes is changed and
 //! the other is not. The flow that saturates the minimum cut is kept, so that the cost of one more forced change is
@@ -19,21 +19,22 @@ pub struct MinCut {
     capacity: Vec<f64>,
     /// Per node: residual cost of its own change; a gain if negative.
     own: Vec<f64>,
-    /// Flow since the last restoration, newest last.
-    charged: Vec<Charge>,
+    /// Flow added since the last reset, newest last.
+    flow: Vec<Flow>,
     /// Per node: distance from the changed nodes, in the present phase.
     level: Vec<u32>,
     next_edge: Vec<u32>,
 }
 
+/// Flow through an edge, or through the own cost of a node.
 #[derive(Debug, Clone, Copy)]
-enum Charge {
+enum Flow {
     Edge(u32, f64),
     Own(u32, f64),
 }
 
 /// Unreachable.
-const FAR: u32 = u32::MAX;
+const UNREACHED: u32 = u32::MAX;
 
 impl MinCut {
     /// `own`: the cost of every change alone; `edges`: (changed, unchanged, cost). The flow of the best set of changes
@@ -45,25 +46,25 @@ impl MinCut {
             first_edge[*from as usize + 1] += 1;
             first_edge[*to as usize + 1] += 1;
         }
-        for thing in 0..n {
-            first_edge[thing + 1] += first_edge[thing];
+        for node in 0..n {
+            first_edge[node + 1] += first_edge[node];
         }
         let mut free = first_edge.clone();
         let n_edges = 2 * edges.len();
         let (mut to, mut back, mut capacity) = (vec![0; n_edges], vec![0; n_edges], vec![0.0; n_edges]);
         for &(from, other, cost) in edges {
-            let [there, here] = [from, other].map(|thing| {
-                let edge = free[thing as usize];
-                free[thing as usize] += 1;
+            let [there, here] = [from, other].map(|node| {
+                let edge = free[node as usize];
+                free[node as usize] += 1;
                 edge
             });
             (to[there as usize], back[there as usize], capacity[there as usize]) = (other, here, cost);
             (to[here as usize], back[here as usize]) = (from, there);
         }
-        let (level, next_edge) = (vec![FAR; n], vec![0; n]);
-        let mut cut = Self { first_edge, to, back, capacity, own, charged: Vec::new(), level, next_edge };
-        cut.charge(None, f64::INFINITY);
-        cut.charged.clear();
+        let (level, next_edge) = (vec![UNREACHED; n], vec![0; n]);
+        let mut cut = Self { first_edge, to, back, capacity, own, flow: Vec::new(), level, next_edge };
+        cut.augment(None, f64::INFINITY);
+        cut.flow.clear();
         cut
     }
 
@@ -73,18 +74,18 @@ impl MinCut {
         self.reached()
     }
 
-    /// Whether each node is changed in the cheapest set of changes that includes `thing`; `None` if that costs `limit`
+    /// Whether each node is changed in the cheapest set of changes that includes `node`; `None` if that costs `limit`
     /// or more beyond the best set.
-    pub fn with(&mut self, thing: usize, limit: f64) -> Option<Vec<bool>> {
-        let cost = self.charge(Some(thing), limit);
+    pub fn best_with(&mut self, node: usize, limit: f64) -> Option<Vec<bool>> {
+        let cost = self.augment(Some(node), limit);
         let set = (cost < limit).then(|| self.reached());
-        while let Some(charge) = self.charged.pop() {
-            match charge {
-                Charge::Edge(edge, amount) => {
+        while let Some(flow) = self.flow.pop() {
+            match flow {
+                Flow::Edge(edge, amount) => {
                     self.capacity[edge as usize] += amount;
                     self.capacity[self.back[edge as usize] as usize] -= amount;
                 }
-                Charge::Own(thing, amount) => self.own[thing as usize] += amount,
+                Flow::Own(node, amount) => self.own[node as usize] += amount,
             }
         }
         set
@@ -92,12 +93,12 @@ impl MinCut {
 
     /// Augments the flow from changed nodes (`forced`, or those with a gain) to unchanged ones, up to `limit`; returns
     /// the amount.
-    fn charge(&mut self, forced: Option<usize>, limit: f64) -> f64 {
+    fn augment(&mut self, forced: Option<usize>, limit: f64) -> f64 {
         let mut total = 0.0;
         while total < limit && self.levels(forced) {
             self.next_edge.copy_from_slice(&self.first_edge[..self.own.len()]);
             let sources = match forced {
-                Some(thing) => thing..thing + 1,
+                Some(node) => node..node + 1,
                 None => 0..self.own.len(),
             };
             for source in sources {
@@ -106,12 +107,12 @@ impl MinCut {
                     if most <= 0.0 || total >= limit {
                         break;
                     }
-                    let amount = self.charge_way(source, most);
+                    let amount = self.augment_path(source, most);
                     if amount == 0.0 {
                         break;
                     }
                     if forced.is_none() {
-                        self.charge_own(source, -amount);
+                        self.use_own_cost(source, -amount);
                     }
                     total += amount;
                 }
@@ -120,25 +121,25 @@ impl MinCut {
         total
     }
 
-    /// Distances of the nodes from the changed ones over edges with residual cost; whether a node with a cost of its
-    /// own is reached.
+    /// Computes the distances of the nodes from the changed ones over edges with residual cost; returns whether a
+    /// node with a cost of its own is reached.
     fn levels(&mut self, forced: Option<usize>) -> bool {
-        self.level.fill(FAR);
-        let mut waiting = VecDeque::new();
-        for thing in 0..self.own.len() {
-            if forced.map_or(self.own[thing] < 0.0, |forced| forced == thing) {
-                self.level[thing] = 0;
-                waiting.push_back(thing);
+        self.level.fill(UNREACHED);
+        let mut queue = VecDeque::new();
+        for node in 0..self.own.len() {
+            if forced.map_or(self.own[node] < 0.0, |forced| forced == node) {
+                self.level[node] = 0;
+                queue.push_back(node);
             }
         }
         let mut found = false;
-        while let Some(thing) = waiting.pop_front() {
-            found |= self.own[thing] > 0.0;
-            for edge in self.first_edge[thing]..self.first_edge[thing + 1] {
+        while let Some(node) = queue.pop_front() {
+            found |= self.own[node] > 0.0;
+            for edge in self.first_edge[node]..self.first_edge[node + 1] {
                 let other = self.to[edge as usize] as usize;
-                if self.capacity[edge as usize] > 0.0 && self.level[other] == FAR {
-                    self.level[other] = self.level[thing] + 1;
-                    waiting.push_back(other);
+                if self.capacity[edge as usize] > 0.0 && self.level[other] == UNREACHED {
+                    self.level[other] = self.level[node] + 1;
+                    queue.push_back(other);
                 }
             }
         }
@@ -146,19 +147,19 @@ impl MinCut {
     }
 
     /// Augments along one shortest path from `source`, by at most `most`; zero if there is none.
-    fn charge_way(&mut self, source: usize, most: f64) -> f64 {
-        let mut way: Vec<u32> = Vec::new();
+    fn augment_path(&mut self, source: usize, most: f64) -> f64 {
+        let mut path: Vec<u32> = Vec::new();
         let mut at = source;
         loop {
             if self.own[at] > 0.0 {
-                let least = way.iter().map(|&edge| self.capacity[edge as usize]).fold(most, f64::min);
+                let least = path.iter().map(|&edge| self.capacity[edge as usize]).fold(most, f64::min);
                 let amount = least.min(self.own[at]);
-                for &edge in &way {
+                for &edge in &path {
                     self.capacity[edge as usize] -= amount;
                     self.capacity[self.back[edge as usize] as usize] += amount;
-                    self.charged.push(Charge::Edge(edge, amount));
+                    self.flow.push(Flow::Edge(edge, amount));
                 }
-                self.charge_own(at, amount);
+                self.use_own_cost(at, amount);
                 return amount;
             }
             let is_ahead = |edge: &u32| {
@@ -169,9 +170,9 @@ impl MinCut {
             let ahead = (self.next_edge[at]..end).find(is_ahead);
             self.next_edge[at] = ahead.unwrap_or(end);
             if let Some(edge) = ahead {
-                way.push(edge);
+                path.push(edge);
                 at = self.to[edge as usize] as usize;
-            } else if let Some(last) = way.pop() {
+            } else if let Some(last) = path.pop() {
                 at = self.to[self.back[last as usize] as usize] as usize;
                 self.next_edge[at] += 1;
             } else {
@@ -180,14 +181,14 @@ impl MinCut {
         }
     }
 
-    fn charge_own(&mut self, thing: usize, amount: f64) {
-        self.own[thing] -= amount;
-        self.charged.push(Charge::Own(thing as u32, amount));
+    fn use_own_cost(&mut self, node: usize, amount: f64) {
+        self.own[node] -= amount;
+        self.flow.push(Flow::Own(node as u32, amount));
     }
 
     /// The nodes reached in the last phase: the changed ones.
     fn reached(&self) -> Vec<bool> {
-        self.level.iter().map(|level| *level != FAR).collect()
+        self.level.iter().map(|level| *level != UNREACHED).collect()
     }
 }
 
@@ -212,12 +213,12 @@ mod tests {
 
     fn cost(own: &[f64], edges: &[(u32, u32, f64)], changed: &[bool]) -> f64 {
         let alone: f64 = own.iter().zip(changed).filter(|(_, changed)| **changed).map(|(own, _)| own).sum();
-        let torn = edges.iter().filter(|(a, b, _)| changed[*a as usize] && !changed[*b as usize]);
-        alone + torn.map(|edge| edge.2).sum::<f64>()
+        let cut_edges = edges.iter().filter(|(a, b, _)| changed[*a as usize] && !changed[*b as usize]);
+        alone + cut_edges.map(|edge| edge.2).sum::<f64>()
     }
 
     fn all_sets() -> impl Iterator<Item = Vec<bool>> {
-        (0..1u32 << N).map(|set| (0..N).map(|thing| set >> thing & 1 == 1).collect())
+        (0..1u32 << N).map(|set| (0..N).map(|node| set >> node & 1 == 1).collect())
     }
 
     #[test]
@@ -233,30 +234,30 @@ mod tests {
     #[test]
     fn the_cost_of_one_more_change_is_found_and_does_not_affect_later_queries() {
         let mut rng = Pcg64Mcg::seed_from_u64(2);
-        let (mut n_dear, mut n_cheap) = (0, 0);
+        let (mut n_expensive, mut n_cheap) = (0, 0);
         for _ in 0..60 {
             let (own, edges) = random(&mut rng);
             let mut cut = MinCut::new(own.clone(), &edges);
             let best = cut.best();
-            for thing in 0..N {
-                let with = all_sets().filter(|set| set[thing]).map(|set| cost(&own, &edges, &set));
-                let beyond = with.fold(f64::INFINITY, f64::min) - cost(&own, &edges, &best);
-                match cut.with(thing, 3.0) {
+            for node in 0..N {
+                let with = all_sets().filter(|set| set[node]).map(|set| cost(&own, &edges, &set));
+                let extra = with.fold(f64::INFINITY, f64::min) - cost(&own, &edges, &best);
+                match cut.best_with(node, 3.0) {
                     None => {
-                        assert!(beyond >= 3.0, "{beyond}");
-                        n_dear += 1;
+                        assert!(extra >= 3.0, "{extra}");
+                        n_expensive += 1;
                     }
                     Some(set) => {
-                        // What belongs to the best set is changed, too.
+                        // Nodes of the best set are changed as well.
                         let set: Vec<bool> = set.iter().zip(&best).map(|(a, b)| *a || *b).collect();
-                        assert!(set[thing]);
-                        assert_eq!(cost(&own, &edges, &set) - cost(&own, &edges, &best), beyond);
+                        assert!(set[node]);
+                        assert_eq!(cost(&own, &edges, &set) - cost(&own, &edges, &best), extra);
                         n_cheap += 1;
                     }
                 }
             }
             assert_eq!(cut.best(), best);
         }
-        assert!(n_dear > 50 && n_cheap > 50, "{n_dear} {n_cheap}");
+        assert!(n_expensive > 50 && n_cheap > 50, "{n_expensive} {n_cheap}");
     }
 }

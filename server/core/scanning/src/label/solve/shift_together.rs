@@ -3,14 +3,14 @@
 //! Lines constrain each other by rank and continuity, so that none of a row of lines gains by changing alone, and a
 //! whole region of a scan may be off by one order.
 
-use super::relax::{everything, improve, total_score};
+use super::inference::{all_pieces, iterate_conditional_modes, total_score};
 use super::shifts::{Change, Costs};
-use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
+use crate::label::gather::evidence::{Evidence, PairKind, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
 
 /// Shifts the best set of pieces by one order until nothing improves.
 pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
-    let everything = everything(evidence);
+    let all_pieces = all_pieces(evidence);
     let mut score = total_score(evidence, labels);
     for _ in 0..SHIFT_ROUNDS {
         let before = score;
@@ -25,7 +25,7 @@ pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
             if tried == *labels {
                 continue;
             }
-            improve(evidence, &mut tried, &everything);
+            iterate_conditional_modes(evidence, &mut tried, &all_pieces);
             let gained = total_score(evidence, &tried);
             if gained > score {
                 (*labels, score) = (tried, gained);
@@ -70,7 +70,7 @@ fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
                 evidence.pairs[piece * n + label].iter().filter(|pair| labels[pair.piece as usize] != none);
             for pair in others {
                 let (other, weight) = (pair.piece as usize, f64::from(pair.weight));
-                if pair.kind == Kind::SecondLook || labels[other] != labels[piece] {
+                if pair.kind == PairKind::RepeatedObservation || labels[other] != labels[piece] {
                     add(state, other, &|theirs| theirs == pair.label as usize, -weight);
                 } else if state == 0 {
                     costs.add_bond(piece, other, weight);

@@ -1,8 +1,10 @@
-//! Which lines are best relabelled together, all by the same number of orders?
+//! The set of lines that is best relabelled together, all by the same number of orders (`docs/maths/labelling.md`,
+//! eq. 3).
 //!
-//! Every line keeps its label, loses it, or is shifted. A line is represented by two nodes that change in sequence:
-//! from its label to none, from none to the shifted label. The cost of two lines is, except for chance agreements, no
-//! less for one of them changed than for both or neither, so that the cheapest set is a minimum cut.
+//! Every line keeps its label, loses it, or is shifted. A line is represented by two nodes that change in
+//! sequence: from its label to none, and from none to the shifted label. Except for chance agreements, the cost of
+//! two lines is no lower if only one of them is changed than if both or neither are, so that the cheapest set is a
+//! minimum cut.
 
 use super::min_cut::MinCut;
 
@@ -82,7 +84,7 @@ impl Costs {
         }
     }
 
-    /// The changes of these lines that cost least.
+    /// The minimum cut for these costs.
     pub fn cut(self) -> Shifts {
         let mut edges = self.edges;
         edges.retain(|edge| edge.2 > 0.0);
@@ -90,7 +92,7 @@ impl Costs {
     }
 }
 
-/// Sets of changes, by increasing cost.
+/// The best set of changes, and the best sets that include a given change.
 #[derive(Debug, Clone)]
 pub struct Shifts {
     cut: MinCut,
@@ -103,18 +105,18 @@ impl Shifts {
     }
 
     /// The cheapest set of changes in which `line` is shifted, unless it costs `limit` or more beyond the best set.
-    pub fn with(&mut self, line: usize, limit: f64) -> Option<Vec<(usize, Change)>> {
-        Some(changes(&self.cut.with(2 * line + 1, limit)?))
+    pub fn best_with(&mut self, line: usize, limit: f64) -> Option<Vec<(usize, Change)>> {
+        Some(changes(&self.cut.best_with(2 * line + 1, limit)?))
     }
 }
 
-fn changes(things: &[bool]) -> Vec<(usize, Change)> {
-    let of_line = |(line, things): (usize, &[bool])| match things {
+fn changes(nodes: &[bool]) -> Vec<(usize, Change)> {
+    let of_line = |(line, nodes): (usize, &[bool])| match nodes {
         [_, true] => Some((line, Change::Shifted)),
         [true, _] => Some((line, Change::Unlabelled)),
         _ => None,
     };
-    things.chunks_exact(2).enumerate().filter_map(of_line).collect()
+    nodes.chunks_exact(2).enumerate().filter_map(of_line).collect()
 }
 
 #[cfg(test)]
@@ -205,8 +207,8 @@ mod tests {
             let mut shifts = lines.cut();
             let best = states(&shifts.best());
             for line in (0..N).filter(|&line| best[line] == KEPT) {
-                let found = states(&shifts.with(line, f64::INFINITY).unwrap());
-                // A change that belongs to the best set is not listed again.
+                let found = states(&shifts.best_with(line, f64::INFINITY).unwrap());
+                // Changes of the best set are not listed again.
                 let found: Vec<usize> = found.iter().zip(&best).map(|(a, b)| *a.max(b)).collect();
                 let with = all_states().filter(|states| states[line] == SHIFTED).map(|states| lines.cost(&states));
                 assert_eq!(found[line], SHIFTED);

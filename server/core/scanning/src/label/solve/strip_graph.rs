@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::shifts::{Costs, Shifts};
-use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
-use crate::params::{PIECES_PER_TASK, SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE};
+use crate::label::gather::evidence::{Evidence, PairKind, wrong_labels};
+use crate::params::{PIECES_PER_TASK, REPEATED_OBSERVATION_SAMPLES, REPEATED_OBSERVATION_SHARE};
 use crate::threads::for_each_chunk;
 
 /// Evidence between strips, without continuity.
@@ -64,7 +64,7 @@ impl StripGraph {
                 for pair in &evidence.pairs[piece * n_labels + label] {
                     let other = strips[pair.piece as usize];
                     let weight = f64::from(pair.weight);
-                    if pair.kind == Kind::Bond {
+                    if pair.kind == PairKind::Bond {
                         continue;
                     }
                     if other == strip {
@@ -76,7 +76,7 @@ impl StripGraph {
                     let slots = [strip * n_labels + label, other * n_labels + pair.label as usize];
                     pairs[slots[0]].push((other as u32, pair.label, weight));
                     pairs[slots[1]].push((strip as u32, label as u32, weight));
-                    if pair.kind == Kind::SecondLook && weight > 0.0 {
+                    if pair.kind == PairKind::RepeatedObservation && weight > 0.0 {
                         agreements[slots[0]].push((other as u32, pair.label, weight));
                     }
                 }
@@ -160,14 +160,15 @@ impl StripGraph {
     }
 
     /// Agreement of other strips, with their current labels, with the surface that `label` would give this strip.
-    pub fn second_looks(&self, strip: usize, label: usize) -> f64 {
+    pub fn repeated_observations(&self, strip: usize, label: usize) -> f64 {
         let agreeing = self.agreements[strip * self.n_labels + label].iter();
         agreeing.filter(|pair| self.labels[pair.0 as usize] == pair.1 as usize).map(|pair| pair.2).sum()
     }
 
     /// Whether that agreement is enough to make the label plausible.
-    pub fn is_seen_again(&self, strip: usize, label: usize) -> bool {
-        self.second_looks(strip, label) >= (SECOND_LOOK_SHARE * self.sizes[strip]).max(SECOND_LOOK_SAMPLES)
+    pub fn is_plausible(&self, strip: usize, label: usize) -> bool {
+        self.repeated_observations(strip, label)
+            >= (REPEATED_OBSERVATION_SHARE * self.sizes[strip]).max(REPEATED_OBSERVATION_SAMPLES)
     }
 }
 

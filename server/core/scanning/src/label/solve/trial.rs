@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::shifts::{Change, Shifts};
 use super::strip_graph::StripGraph;
-use crate::params::{CHALLENGE_SHIFT_LIMITS, CHALLENGE_STEPS};
+use crate::params::{STRIP_TEST_MAX_UPDATES, STRIP_TEST_SHIFT_LIMITS};
 
-/// Tries other labellings: one strip takes a rival label, others follow. Afterwards all labels are restored.
+/// Tries other labellings: one strip takes a rival label, others adapt. Afterwards all labels are restored.
 pub struct Trial<'a> {
     /// The evidence.
     pub graph: &'a StripGraph,
@@ -18,9 +18,9 @@ pub struct Trial<'a> {
     /// Strips whose label was changed, each once.
     changed: Vec<usize>,
     is_changed: Vec<bool>,
-    waiting: VecDeque<usize>,
+    pending: VecDeque<usize>,
     queued: Vec<bool>,
-    touched: Vec<usize>,
+    affected: Vec<usize>,
     /// Per number of orders: the best joint shift.
     shifts: BTreeMap<isize, Shifts>,
     /// Additional cost compared with the current labelling.
@@ -28,7 +28,7 @@ pub struct Trial<'a> {
 }
 
 impl<'a> Trial<'a> {
-    /// Nothing tried yet.
+    /// A trial with the current labels.
     pub fn new(graph: &'a StripGraph) -> Self {
         let n_strips = graph.labels.len();
         let mut sums = vec![0.0; n_strips * graph.n_labels];
@@ -42,9 +42,9 @@ impl<'a> Trial<'a> {
             sums,
             changed: Vec::new(),
             is_changed: vec![false; n_strips],
-            waiting: VecDeque::new(),
+            pending: VecDeque::new(),
             queued: vec![false; n_strips],
-            touched: Vec::new(),
+            affected: Vec::new(),
             shifts: BTreeMap::new(),
             cost: 0.0,
         }
@@ -62,17 +62,17 @@ impl<'a> Trial<'a> {
         (0..graph.none()).filter(|&rival| rival != label && plausible(rival)).find_map(|rival| {
             [false, true].into_iter().find_map(|with_others| {
                 self.change(strip, rival);
-                let is_possible = !with_others || self.shift_others(strip, CHALLENGE_SHIFT_LIMITS * limit);
-                let falls = is_possible && self.falls_below(strip, limit);
-                let hang_on_it = falls.then(|| self.smaller_ones(strip));
-                self.take_back();
-                hang_on_it
+                let is_possible = !with_others || self.shift_others(strip, STRIP_TEST_SHIFT_LIMITS * limit);
+                let is_rival = is_possible && self.adapts_below(strip, limit);
+                let dependents = is_rival.then(|| self.smaller_dependents(strip));
+                self.undo();
+                dependents
             })
         })
     }
 
     /// The strips smaller than `strip` whose order has changed.
-    fn smaller_ones(&self, strip: usize) -> Vec<usize> {
+    fn smaller_dependents(&self, strip: usize) -> Vec<usize> {
         let graph = self.graph;
         let is_other = |&other: &usize| {
             let (before, now) = (graph.labels[other], self.labels[other]);
@@ -101,7 +101,7 @@ impl<'a> Trial<'a> {
         add_ranks(&mut self.sums, self.graph, strip, (before, label));
     }
 
-    fn take_back(&mut self) {
+    fn undo(&mut self) {
         while let Some(strip) = self.changed.pop() {
             self.is_changed[strip] = false;
             self.relabel(strip, self.graph.labels[strip]);
@@ -114,7 +114,7 @@ impl<'a> Trial<'a> {
         let graph = self.graph;
         let by = self.labels[strip] as isize - graph.labels[strip] as isize;
         let shifts = self.shifts.entry(by).or_insert_with(|| graph.shifts(by).clone());
-        let Some(changes) = shifts.with(strip, limit) else { return false };
+        let Some(changes) = shifts.best_with(strip, limit) else { return false };
         for (other, change) in changes.into_iter().filter(|(other, _)| *other != strip) {
             let label = match change {
                 Change::Shifted => graph.shifted(graph.labels[other], by),
@@ -126,19 +126,19 @@ impl<'a> Trial<'a> {
     }
 
     /// Lets every affected strip take its best label, until nothing improves or the cost is below `limit`.
-    fn falls_below(&mut self, tried: usize, limit: f64) -> bool {
+    fn adapts_below(&mut self, tried: usize, limit: f64) -> bool {
         let graph = self.graph;
         let mut changed = self.changed.clone();
         changed.sort_unstable();
         for strip in changed {
-            self.queue_touched(strip, graph.labels[strip], self.labels[strip]);
+            self.queue_affected(strip, graph.labels[strip], self.labels[strip]);
             self.queue(strip);
         }
-        for _ in 0..CHALLENGE_STEPS {
+        for _ in 0..STRIP_TEST_MAX_UPDATES {
             if self.cost < limit {
                 break;
             }
-            let Some(other) = self.waiting.pop_front() else { break };
+            let Some(other) = self.pending.pop_front() else { break };
             self.queued[other] = false;
             if other == tried {
                 continue;
@@ -150,35 +150,35 @@ impl<'a> Trial<'a> {
                 .fold(start, |best, next| if next.1 > best.1 { next } else { best });
             if best != current {
                 self.change(other, best);
-                self.queue_touched(other, current, best);
+                self.queue_affected(other, current, best);
             }
         }
-        while let Some(strip) = self.waiting.pop_front() {
+        while let Some(strip) = self.pending.pop_front() {
             self.queued[strip] = false;
         }
         self.cost < limit
     }
 
     /// Queues the strips affected by a change from one label to another.
-    fn queue_touched(&mut self, strip: usize, from: usize, to: usize) {
-        let mut touched = std::mem::take(&mut self.touched);
-        touched.clear();
-        touched.extend(self.graph.ranks[strip].iter().map(|beside| beside.strip));
-        let n_ranks = touched.len();
+    fn queue_affected(&mut self, strip: usize, from: usize, to: usize) {
+        let mut affected = std::mem::take(&mut self.affected);
+        affected.clear();
+        affected.extend(self.graph.ranks[strip].iter().map(|beside| beside.strip));
+        let n_ranks = affected.len();
         for label in [from, to] {
-            touched.extend(self.graph.pairs(strip, label).iter().map(|pair| pair.0 as usize));
+            affected.extend(self.graph.pairs(strip, label).iter().map(|pair| pair.0 as usize));
         }
-        if touched.len() > n_ranks {
-            touched.sort_unstable();
+        if affected.len() > n_ranks {
+            affected.sort_unstable();
         }
-        touched.dedup();
-        touched.iter().for_each(|&other| self.queue(other));
-        self.touched = touched;
+        affected.dedup();
+        affected.iter().for_each(|&other| self.queue(other));
+        self.affected = affected;
     }
 
     fn queue(&mut self, strip: usize) {
         if !std::mem::replace(&mut self.queued[strip], true) {
-            self.waiting.push_back(strip);
+            self.pending.push_back(strip);
         }
     }
 }
@@ -213,9 +213,9 @@ mod tests {
 
     use super::*;
     use crate::label::gather::evidence::Evidence;
-    use crate::params::CHALLENGE_MARGIN;
+    use crate::params::STRIP_TEST_MARGIN;
 
-    /// Random evidence: lines in order, second looks that agree and contradict.
+    /// Random evidence: ranks, and repeated observations that agree or contradict.
     fn evidence(n_pieces: usize, rng: &mut Pcg64Mcg) -> Evidence {
         let mut evidence = Evidence::new(5, (0..n_pieces).map(|_| rng.random_range(0.5..8.0)).collect(), 0.4);
         for _ in 0..4 * n_pieces {
@@ -230,7 +230,7 @@ mod tests {
         evidence
     }
 
-    /// Weights of tiny and of long lines together.
+    /// Factor for weights of very short and very long lines.
     fn magnitude(rng: &mut Pcg64Mcg) -> f64 {
         if rng.random_bool(0.7) { 1.0 } else { 10f64.powf(rng.random_range(-9.0..3.0)) }
     }
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn trials_do_not_affect_each_other() {
+    fn earlier_trials_do_not_affect_later_ones() {
         let mut rng = Pcg64Mcg::seed_from_u64(5);
         let mut n_rivals = 0;
         for _ in 0..40 {
@@ -257,12 +257,12 @@ mod tests {
             let graph = StripGraph::new(&evidence, &labels, &strips, true);
             let mut used = Trial::new(&graph);
             for strip in 0..15 {
-                let fresh = Trial::new(&graph).rival(strip, CHALLENGE_MARGIN, |_| true);
-                assert_eq!(used.rival(strip, CHALLENGE_MARGIN, |_| true), fresh);
+                let fresh = Trial::new(&graph).rival(strip, STRIP_TEST_MARGIN, |_| true);
+                assert_eq!(used.rival(strip, STRIP_TEST_MARGIN, |_| true), fresh);
                 n_rivals += usize::from(fresh.is_some());
             }
             assert_eq!(used.labels, graph.labels);
-            assert!(!used.queued.contains(&true) && used.waiting.is_empty());
+            assert!(!used.queued.contains(&true) && used.pending.is_empty());
         }
         assert!((60..540).contains(&n_rivals), "{n_rivals} of 600 strips have a rival");
     }
@@ -296,26 +296,28 @@ mod tests {
             let fresh = bits(&Trial::new(&graph));
             let mut trial = Trial::new(&graph);
             for _ in 0..100 {
-                trial.rival(rng.random_range(0..40), CHALLENGE_MARGIN, |_| true);
+                trial.rival(rng.random_range(0..40), STRIP_TEST_MARGIN, |_| true);
             }
             assert!(bits(&trial) == fresh);
         }
     }
 
     #[test]
-    fn any_number_of_threads_finds_the_same_doubts() {
+    fn the_doubtful_strips_do_not_depend_on_the_number_of_threads() {
         let mut rng = Pcg64Mcg::seed_from_u64(8);
         for _ in 0..5 {
             let evidence = evidence(400, &mut rng);
             let labels: Vec<usize> = (0..400).map(|_| rng.random_range(0..6)).collect();
             let strips: Vec<usize> = (0..400).collect();
             let lengths = vec![1.0; 400];
-            let doubts = |n_threads: usize| {
+            let doubtful = |n_threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-                pool.install(|| super::super::challenge::challenged(&evidence, &labels, &strips, &lengths, true))
+                pool.install(|| {
+                    super::super::strip_test::doubtful_by_strip(&evidence, &labels, &strips, &lengths, true)
+                })
             };
-            let alone = doubts(1);
-            assert!([2, 3, 8].into_iter().all(|n_threads| doubts(n_threads) == alone));
+            let alone = doubtful(1);
+            assert!([2, 3, 8].into_iter().all(|n_threads| doubtful(n_threads) == alone));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Stations and scenes with known truth for the tests of labelling. Each test binary uses part of it.
+//! Stations and scenes with known truth for the tests of labelling.
 
 pub mod planes;
 pub mod random;
@@ -19,7 +19,7 @@ pub const SIGMA_PX: f64 = 0.05;
 /// A scan with the true order of every point.
 pub struct KnownScan {
     pub frames: Vec<ScanFrame>,
-    /// Per frame, segment, point: the true order; `None` for light that is not on the part.
+    /// Per frame, segment, point: the true order; `None` for reflections.
     pub orders: Vec<Vec<Vec<Option<i8>>>>,
 }
 
@@ -133,7 +133,7 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
     let fan = (fan - axis * fan.dot(&axis)).normalize();
     let groove = Vector3::new(1.0, 0.0087, 0.0105);
     let groove = (groove - normal * groove.dot(&normal)).normalize();
-    // Exchanging x and y mirrors, so that the period direction n × g turns round: g is reversed to keep it.
+    // Exchanging x and y is a reflection, which reverses the period direction n × g: g is reversed to restore it.
     let groove = if turned { -groove } else { groove };
     let grating = Grating {
         source_mm: swap(Vector3::new(1.0, -174.0, 11.0)),

@@ -1,4 +1,4 @@
-//! Random stations and parts that the settings were not tuned on.
+//! Random stations and parts that were not used to tune the parameters.
 
 use nalgebra::{DMatrix, Rotation3, Vector3};
 use optics::{Calibration, Grating, LightSurfaces};
@@ -25,10 +25,10 @@ pub struct Trial {
     pub name: String,
 }
 
-/// Random numbers with various distributions.
-struct Dice(Noise);
+/// Random numbers of various distributions.
+struct RandomNumbers(Noise);
 
-impl Dice {
+impl RandomNumbers {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.uniform()
     }
@@ -45,28 +45,28 @@ impl Dice {
 /// The scene of a seed: stairs, islands, spheres, boxes, domes, wedges, ghosts and gaps; 3–9 orders; either direction
 /// of lines; steps of 0.2–2 mm over a short or long travel; occasionally plane models.
 pub fn trial(seed: u64) -> Trial {
-    let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66));
+    let mut random = RandomNumbers(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66));
     (0..8).for_each(|_| {
-        dice.0.uniform();
+        random.0.uniform();
     });
-    let n_orders = dice.count(3, 9) as i8;
-    let turned = dice.chance(0.5);
-    let exact = random_station(&mut dice, n_orders, turned);
-    let with_planes = dice.chance(0.15);
-    let step_mm = 0.2 * 10f64.powf(dice.between(0.0, 1.0));
-    let n_frames = (dice.between(4.0, 45.0) / step_mm).clamp(4.0, 40.0) as usize;
+    let n_orders = random.count(3, 9) as i8;
+    let turned = random.chance(0.5);
+    let exact = random_station(&mut random, n_orders, turned);
+    let with_planes = random.chance(0.15);
+    let step_mm = 0.2 * 10f64.powf(random.between(0.0, 1.0));
+    let n_frames = (random.between(4.0, 45.0) / step_mm).clamp(4.0, 40.0) as usize;
     let positions: Vec<f64> = (0..n_frames).map(|i| (i as f64 - (n_frames - 1) as f64 / 2.0) * step_mm).collect();
-    let part = random_part(&mut dice);
+    let part = random_part(&mut random);
     let surface = |x: f64, y: f64| if turned { part(y, x) } else { part(x, y) };
     let mut known = scan_with(&exact, &surface, &positions, turned, UNDERSTATED, seed);
     let direction = if turned { LineDirection::Columns } else { LineDirection::Rows };
-    if dice.chance(0.5) {
-        cut_gaps(&mut dice, &mut known);
+    if random.chance(0.5) {
+        cut_gaps(&mut random, &mut known);
     }
     join_touching(&mut known, direction);
-    let ghosts = dice.chance(0.4);
+    let ghosts = random.chance(0.4);
     if ghosts {
-        add_ghosts(&mut dice, &mut known, &exact, direction);
+        add_ghosts(&mut random, &mut known, &exact, direction);
     }
     let calibration = if with_planes { fitted_planes(&exact) } else { exact };
     let name = format!(
@@ -78,21 +78,21 @@ pub fn trial(seed: u64) -> Trial {
 }
 
 /// The test station with another grating, slightly rotated.
-fn random_station(dice: &mut Dice, n_orders: i8, turned: bool) -> Calibration {
+fn random_station(random: &mut RandomNumbers, n_orders: i8, turned: bool) -> Calibration {
     let mut station = station(n_orders, turned);
     let LightSurfaces::Grating(grating) = &station.light else { panic!("station without grating") };
-    let small = |dice: &mut Dice| Vector3::from_fn(|_, _| dice.between(-0.02, 0.02));
-    let (tilt, turn) = (Rotation3::new(small(dice)), Rotation3::new(small(dice)));
+    let small = |random: &mut RandomNumbers| Vector3::from_fn(|_, _| random.between(-0.02, 0.02));
+    let (tilt, turn) = (Rotation3::new(small(random)), Rotation3::new(small(random)));
     let (axis, fan) = (turn * grating.axis, turn * grating.fan);
     let (normal, groove) = (tilt * grating.normal, tilt * grating.groove);
     let moved = Grating {
-        source_mm: grating.source_mm * dice.between(0.8, 1.2),
+        source_mm: grating.source_mm * random.between(0.8, 1.2),
         axis,
         fan: (fan - axis * fan.dot(&axis)).normalize(),
         normal,
         groove: (groove - normal * groove.dot(&normal)).normalize(),
         gap_mm: grating.gap_mm,
-        wavelength_over_period: dice.between(0.022, 0.05),
+        wavelength_over_period: random.between(0.022, 0.05),
     };
     station.light = LightSurfaces::Grating(moved);
     station.covariance = DMatrix::from_diagonal_element(22, 22, 1e-10);
@@ -102,28 +102,28 @@ fn random_station(dice: &mut Dice, n_orders: i8, turned: bool) -> Calibration {
 /// A height over the ground at (x, y), zero outside the part.
 type Body = Box<dyn Fn(f64, f64) -> f64 + Send + Sync>;
 
-fn random_part(dice: &mut Dice) -> impl Fn(f64, f64) -> f64 + Sync + use<> {
-    let ground = dice.between(GROUND_MM[0], GROUND_MM[1]);
-    let steepness = if dice.chance(0.3) { 0.5 } else { 0.12 };
-    let tilt = [dice.between(-0.2, 0.2), dice.between(-steepness, steepness)];
-    let bodies: Vec<Body> = (0..dice.count(1, 7)).map(|_| random_body(dice)).collect();
+fn random_part(random: &mut RandomNumbers) -> impl Fn(f64, f64) -> f64 + Sync + use<> {
+    let ground = random.between(GROUND_MM[0], GROUND_MM[1]);
+    let steepness = if random.chance(0.3) { 0.5 } else { 0.12 };
+    let tilt = [random.between(-0.2, 0.2), random.between(-steepness, steepness)];
+    let bodies: Vec<Body> = (0..random.count(1, 7)).map(|_| random_body(random)).collect();
     move |x, y| {
         let height = bodies.iter().map(|body| body(x, y)).fold(0.0, f64::max);
         (ground + tilt[0] * x + tilt[1] * y - height).clamp(348.0, 452.0)
     }
 }
 
-fn random_body(dice: &mut Dice) -> Body {
-    let (x0, y0) = (dice.between(-80.0, 80.0), dice.between(-45.0, 45.0));
-    let (a, b) = (dice.between(3.0, 22.0), dice.between(3.0, 22.0));
-    let height = if dice.chance(0.3) { dice.between(18.0, 32.0) } else { dice.between(1.0, 48.0) };
-    let (sin, cos) = if dice.chance(0.5) { (0.0, 1.0) } else { dice.between(0.0, 3.1).sin_cos() };
+fn random_body(random: &mut RandomNumbers) -> Body {
+    let (x0, y0) = (random.between(-80.0, 80.0), random.between(-45.0, 45.0));
+    let (a, b) = (random.between(3.0, 22.0), random.between(3.0, 22.0));
+    let height = if random.chance(0.3) { random.between(18.0, 32.0) } else { random.between(1.0, 48.0) };
+    let (sin, cos) = if random.chance(0.5) { (0.0, 1.0) } else { random.between(0.0, 3.1).sin_cos() };
     let local = move |x: f64, y: f64| {
         let (x, y) = (x - x0, y - y0);
         ((x * cos + y * sin) / a, (y * cos - x * sin) / b)
     };
-    let lean = dice.between(-0.3, 0.3);
-    match dice.count(0, 6) {
+    let lean = random.between(-0.3, 0.3);
+    match random.count(0, 6) {
         0 | 1 => Box::new(move |x, y| {
             let (u, v) = local(x, y);
             if u.abs() < 1.0 && v.abs() < 1.0 { height } else { 0.0 }
@@ -133,15 +133,15 @@ fn random_body(dice: &mut Dice) -> Body {
             height * (1.0 - u * u - v * v).max(0.0).sqrt()
         }),
         3 => {
-            // A sphere lying on the ground.
-            let radius = dice.between(6.0, 24.0);
+            // A sphere on the ground.
+            let radius = random.between(6.0, 24.0);
             Box::new(move |x, y| {
                 let squared = radius * radius - (x - x0).powi(2) - (y - y0).powi(2);
                 if squared > 0.0 { radius + squared.sqrt() } else { 0.0 }
             })
         }
         4 => {
-            let (n, along) = (dice.between(2.0, 5.0), dice.chance(0.5));
+            let (n, along) = (random.between(2.0, 5.0), random.chance(0.5));
             Box::new(move |x, y| {
                 let (u, v) = local(x, y);
                 let place = if along { u } else { v };
@@ -150,7 +150,7 @@ fn random_body(dice: &mut Dice) -> Body {
             })
         }
         5 => {
-            let (px, py, side) = (dice.between(6.0, 30.0), dice.between(6.0, 30.0), dice.between(1.5, 4.0));
+            let (px, py, side) = (random.between(6.0, 30.0), random.between(6.0, 30.0), random.between(1.5, 4.0));
             Box::new(move |x, y| {
                 let (dx, dy) = ((x - x0).rem_euclid(px) - px / 2.0, (y - y0).rem_euclid(py) - py / 2.0);
                 if dx.abs() < side && dy.abs() < side { 0.5 * height } else { 0.0 }
@@ -165,12 +165,12 @@ fn random_body(dice: &mut Dice) -> Body {
 }
 
 /// Removes points: dark patches on the part or in the image, and occasional single points.
-fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
-    let dark: Vec<[f64; 3]> = (0..dice.count(1, 6))
-        .map(|_| [dice.between(0.0, 640.0), dice.between(0.0, 640.0), dice.between(5.0, 60.0)])
+fn cut_gaps(random: &mut RandomNumbers, known: &mut KnownScan) {
+    let dark: Vec<[f64; 3]> = (0..random.count(1, 6))
+        .map(|_| [random.between(0.0, 640.0), random.between(0.0, 640.0), random.between(5.0, 60.0)])
         .collect();
-    let drift = if dice.chance(0.5) { dice.between(1.0, 4.0) } else { 0.0 };
-    let single = dice.between(0.0, 0.02);
+    let drift = if random.chance(0.5) { random.between(1.0, 4.0) } else { 0.0 };
+    let single = random.between(0.0, 0.02);
     for (frame, scanned) in known.frames.iter_mut().enumerate() {
         let mut segments = Vec::new();
         let mut orders = Vec::new();
@@ -180,7 +180,7 @@ fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
                 let hidden = dark.iter().any(|[u, v, size]| {
                     (point.u_px - u).abs() < *size && (point.v_px - v - drift * frame as f64).abs() < *size
                 });
-                if hidden || dice.chance(single) {
+                if hidden || random.chance(single) {
                     segments.push(Segment { points: std::mem::take(&mut points) });
                     orders.push(std::mem::take(&mut kept));
                 } else {
@@ -196,7 +196,7 @@ fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
     }
 }
 
-/// Joins lines whose ends touch, like an extractor without knowledge of orders.
+/// Joins lines whose ends touch, as an extractor without knowledge of orders does.
 fn join_touching(known: &mut KnownScan, direction: LineDirection) {
     let place = |p: &CentrelinePoint| p.along_across(direction);
     for (frame, scanned) in known.frames.iter_mut().enumerate() {
@@ -224,8 +224,8 @@ fn join_touching(known: &mut KnownScan, direction: LineDirection) {
     }
 }
 
-/// Reflections that stay in the image or move, and chance pieces.
-fn add_ghosts(dice: &mut Dice, known: &mut KnownScan, station: &Calibration, direction: LineDirection) {
+/// Stationary or moving reflections, and random pieces.
+fn add_ghosts(random: &mut RandomNumbers, known: &mut KnownScan, station: &Calibration, direction: LineDirection) {
     let turned = direction == LineDirection::Columns;
     let (length, width) = if turned {
         (station.camera.height_px, station.camera.width_px)
@@ -233,24 +233,30 @@ fn add_ghosts(dice: &mut Dice, known: &mut KnownScan, station: &Calibration, dir
         (station.camera.width_px, station.camera.height_px)
     };
     let (length, width) = (length as f64, width as f64);
-    let wanderers: Vec<[f64; 5]> = (0..dice.count(0, 3))
+    let wanderers: Vec<[f64; 5]> = (0..random.count(0, 3))
         .map(|_| {
-            let first = dice.between(0.0, length - 100.0);
-            let drift = if dice.chance(0.4) { 0.0 } else { dice.between(-3.0, 3.0) };
+            let first = random.between(0.0, length - 100.0);
+            let drift = if random.chance(0.4) { 0.0 } else { random.between(-3.0, 3.0) };
             [
                 first,
-                first + dice.between(15.0, 100.0),
-                dice.between(0.2, 0.8) * width,
+                first + random.between(15.0, 100.0),
+                random.between(0.2, 0.8) * width,
                 drift,
-                dice.between(-0.1, 0.1),
+                random.between(-0.1, 0.1),
             ]
         })
         .collect();
     let mut noise = Noise(99);
     for (frame, scanned) in known.frames.iter_mut().enumerate() {
-        let chance = (0..dice.count(0, 4)).map(|_| {
-            let first = dice.between(0.0, length - 20.0);
-            [first, first + dice.between(4.0, 18.0), dice.between(0.1, 0.9) * width, 0.0, dice.between(-0.2, 0.2)]
+        let chance = (0..random.count(0, 4)).map(|_| {
+            let first = random.between(0.0, length - 20.0);
+            [
+                first,
+                first + random.between(4.0, 18.0),
+                random.between(0.1, 0.9) * width,
+                0.0,
+                random.between(-0.2, 0.2),
+            ]
         });
         let chance: Vec<[f64; 5]> = chance.collect();
         for [first, last, across, drift, slope] in wanderers.iter().copied().chain(chance) {

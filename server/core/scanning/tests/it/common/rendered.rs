@@ -1,4 +1,5 @@
-//! Pictures of clutter rendered by the twin: blocks about one wrap high, lines thin and wide, at any working distance.
+//! Images of clutter rendered by the twin: blocks about one wrap high, thin and wide lines, three working
+//! distances.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -22,7 +23,7 @@ const BALL_RINGS: [usize; 2] = [10, 20];
 /// The part's stream number within a station's seed.
 pub const PART_STREAM: u64 = 0x100;
 
-/// A rendered scan, the truth of its pictures and the true station.
+/// A rendered scan, the truth of its images and the true station.
 pub struct Rendered {
     pub name: String,
     pub calibration: Calibration,
@@ -32,9 +33,9 @@ pub struct Rendered {
 }
 
 /// Random numbers between two limits.
-pub struct Dice(pub Noise);
+pub struct RandomNumbers(pub Noise);
 
-impl Dice {
+impl RandomNumbers {
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.uniform()
     }
@@ -43,11 +44,11 @@ impl Dice {
 /// The scene of a seed: two to nine blocks, most of them 0.85–1.2 wraps high, up to three balls; lines 3–9 px wide at
 /// half height; 24–40 frames; a station of 150, 400 or 1000 mm.
 pub fn clutter(seed: u64) -> Rendered {
-    let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678));
+    let mut random = RandomNumbers(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678));
     (0..8).for_each(|_| {
-        dice.0.uniform();
+        random.0.uniform();
     });
-    let fwhm_px = dice.between(3.0, 9.0);
+    let fwhm_px = random.between(3.0, 9.0);
     let standoff_mm = match seed % 5 {
         3 => 150.0,
         4 => 1000.0,
@@ -60,30 +61,31 @@ pub fn clutter(seed: u64) -> Rendered {
         standoff_mm,
         field_half_width_mm: 101.7 * scale,
         line_sigma_px: fwhm_px / FWHM_SIGMAS,
-        speckle_contrast: dice.between(0.1, 0.5),
-        speckle_grain_px: dice.between(1.2, 3.0),
+        speckle_contrast: random.between(0.1, 0.5),
+        speckle_grain_px: random.between(1.2, 3.0),
         ..StationShape::default()
     };
     let model = StationModel::seeded(seed, &shape).unwrap();
     let calibration = calibration_of(&model);
     let wrap_mm = wrap_mm(&calibration, standoff_mm);
-    let n_blocks = dice.between(2.0, 10.0) as usize;
-    let n_balls = dice.between(0.0, 4.0) as usize;
+    let n_blocks = random.between(2.0, 10.0) as usize;
+    let n_balls = random.between(0.0, 4.0) as usize;
     let mut triangles = Vec::new();
     for _ in 0..n_blocks {
-        let height = if dice.between(0.0, 1.0) < 0.75 { dice.between(0.85, 1.2) } else { dice.between(0.1, 1.6) };
-        let centre = [dice.between(-75.0, 75.0) * scale, dice.between(-50.0, 50.0) * scale];
-        let half = [dice.between(4.0, 20.0) * scale, dice.between(4.0, 16.0) * scale];
-        add_block(&mut triangles, centre, half, dice.between(-0.5, 0.5), height * wrap_mm);
+        let height =
+            if random.between(0.0, 1.0) < 0.75 { random.between(0.85, 1.2) } else { random.between(0.1, 1.6) };
+        let centre = [random.between(-75.0, 75.0) * scale, random.between(-50.0, 50.0) * scale];
+        let half = [random.between(4.0, 20.0) * scale, random.between(4.0, 16.0) * scale];
+        add_block(&mut triangles, centre, half, random.between(-0.5, 0.5), height * wrap_mm);
     }
     for _ in 0..n_balls {
-        let centre = [dice.between(-75.0, 75.0) * scale, dice.between(-50.0, 50.0) * scale];
-        add_ball(&mut triangles, centre, dice.between(6.0, 18.0) * scale);
+        let centre = [random.between(-75.0, 75.0) * scale, random.between(-50.0, 50.0) * scale];
+        add_ball(&mut triangles, centre, random.between(6.0, 18.0) * scale);
     }
     let solid = Arc::new(Solid::new(&triangles).unwrap());
     let scene = Scene::mesh(solid, &model, PART_STREAM);
-    let n_frames = dice.between(24.0, 41.0) as usize;
-    let step_mm = dice.between(0.5, 1.3) * scale;
+    let n_frames = random.between(24.0, 41.0) as usize;
+    let step_mm = random.between(0.5, 1.3) * scale;
     let name = format!(
         "seed {seed}: {standoff_mm} mm, lines {fwhm_px:.1} px, {n_blocks} blocks, {n_balls} balls, \
          {n_frames} × {step_mm:.2} mm"
@@ -94,15 +96,15 @@ pub fn clutter(seed: u64) -> Rendered {
 /// A scene like that of `rig-b`: nine blocks, a third of them exactly one wrap high, and four balls at 400 mm; 32
 /// frames at 1 mm; lines of 5–8 px, three times as wide 50 mm out of focus.
 pub fn crowded(seed: u64) -> Rendered {
-    let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x4321_8765));
+    let mut random = RandomNumbers(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x4321_8765));
     (0..8).for_each(|_| {
-        dice.0.uniform();
+        random.0.uniform();
     });
-    let fwhm_px = dice.between(5.0, 8.0);
+    let fwhm_px = random.between(5.0, 8.0);
     let shape = StationShape {
         line_sigma_px: fwhm_px / FWHM_SIGMAS,
-        speckle_contrast: dice.between(0.15, 0.4),
-        speckle_grain_px: dice.between(1.2, 2.5),
+        speckle_contrast: random.between(0.15, 0.4),
+        speckle_grain_px: random.between(1.2, 2.5),
         focus_depth_mm: 50.0 / f64::sqrt(3.0 * 3.0 - 1.0),
         ..StationShape::default()
     };
@@ -110,16 +112,16 @@ pub fn crowded(seed: u64) -> Rendered {
     let calibration = calibration_of(&model);
     let wrap_mm = wrap_mm(&calibration, shape.standoff_mm);
     let mut triangles = Vec::new();
-    let place = |dice: &mut Dice| [dice.between(-75.0, 75.0), dice.between(-45.0, 45.0)];
+    let place = |random: &mut RandomNumbers| [random.between(-75.0, 75.0), random.between(-45.0, 45.0)];
     for idx in 0..9 {
-        let height_mm = if idx < 3 { dice.between(0.93, 1.07) * wrap_mm } else { dice.between(2.0, 32.0) };
-        let centre = place(&mut dice);
-        let half = [dice.between(6.0, 16.0), dice.between(6.0, 16.0)];
-        add_block(&mut triangles, centre, half, dice.between(-0.8, 0.8), height_mm);
+        let height_mm = if idx < 3 { random.between(0.93, 1.07) * wrap_mm } else { random.between(2.0, 32.0) };
+        let centre = place(&mut random);
+        let half = [random.between(6.0, 16.0), random.between(6.0, 16.0)];
+        add_block(&mut triangles, centre, half, random.between(-0.8, 0.8), height_mm);
     }
     for _ in 0..4 {
-        let centre = place(&mut dice);
-        add_ball(&mut triangles, centre, dice.between(6.0, 18.0));
+        let centre = place(&mut random);
+        add_ball(&mut triangles, centre, random.between(6.0, 18.0));
     }
     let solid = Arc::new(Solid::new(&triangles).unwrap());
     let scene = Scene::mesh(solid, &model, PART_STREAM);

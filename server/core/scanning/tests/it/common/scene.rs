@@ -10,10 +10,10 @@ use super::{KnownScan, SIGMA_PX, centrelines, segments};
 
 /// Fan angle between light rays: 0.4 columns of the test station.
 const PHI_STEP_RAD: f64 = 0.0006;
-/// Step along light and camera rays, mm; thinner parts would be missed.
+/// Step along light and camera rays, mm; thinner features would be missed.
 const MARCH_MM: f64 = 1.0;
 
-/// Depth of the part's surface (part frame) at (x, y); nothing beyond `f64::INFINITY`.
+/// Depth of the part's surface (part frame) at (x, y); `f64::INFINITY` where there is no surface.
 pub type Surface<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// Scans `surface` at the given stage positions; `turned` stations have their lines along columns.
@@ -145,7 +145,7 @@ fn line(
     points
 }
 
-/// Where a light ray first meets the surface.
+/// First intersection of a light ray with the surface.
 fn first_hit(
     origin: &Vector3<f64>,
     direction: &Vector3<f64>,
@@ -161,7 +161,7 @@ fn first_hit(
                 let middle = 0.5 * (low + high);
                 if depth(&at(middle)) > 0.0 { high = middle } else { low = middle }
             }
-            // A wall is crossed from the side: its points are kept, because they are part of the surface.
+            // Hits on vertical walls are kept, because walls are part of the surface.
             return Some(at(low));
         }
         t += MARCH_MM;
@@ -169,7 +169,7 @@ fn first_hit(
     None
 }
 
-/// Whether the line of sight from the camera to the hit is free.
+/// Whether the hit is visible from the camera.
 fn visible(hit: &Vector3<f64>, depth: &dyn Fn(&Vector3<f64>) -> f64) -> bool {
     let ray = hit / hit.z;
     let mut z = hit.z - 0.2;
@@ -190,7 +190,7 @@ impl Noise {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 
-    /// Between 0 and 1.
+    /// Uniform between 0 and 1.
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64

@@ -1,5 +1,5 @@
-//! Pictures drawn like those of `rig-b`: light splatted where the centre rays of the fan meet the scene, so bright that
-//! the ground saturates, on parts of many albedos.
+//! Images drawn like those of `rig-b`: light splatted where the centre rays of the fan meet the scene, so bright
+//! that the ground saturates, on parts of various albedos.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use scanning::ScanFrame;
 use twin::{Scene, SceneKind, StationModel, StationShape};
 use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
 
-use super::rendered::{Dice, FWHM_SIGMAS, PART_STREAM, Rendered, calibration_of, wrap_mm};
+use super::rendered::{FWHM_SIGMAS, PART_STREAM, RandomNumbers, Rendered, calibration_of, wrap_mm};
 use super::scene::Noise;
 use super::truth_lines::{TrueRay, TruthLine, lines_between};
 
@@ -22,27 +22,27 @@ const FRAMES: usize = 32;
 const SPLAT_SIGMAS: f64 = 3.5;
 /// Grey level of the background, its noise, and levels² of shot noise per level.
 const DARK: [f64; 3] = [3.0, 1.2, 0.025];
-/// Fraction of a neighbour's speckle in a pixel's own: neighbours correlate by 0.36, as on `rig-b`.
+/// Weight of a neighbour's speckle in that of a pixel: the correlation of neighbours is 0.36, as on `rig-b`.
 const SPECKLE_SHARE: f64 = 0.19;
-/// Defocus at which lines are three times as wide.
+/// Defocus at which lines are three times as wide as in focus.
 const THREE_TIMES_MM: f64 = 50.0;
 
 /// An object on the ground, in the frame of the plate (z up).
-enum Thing {
+enum Body {
     Block { centre: [f64; 2], half: [f64; 2], turn_rad: f64, height: f64 },
     Ball { centre: [f64; 2], radius: f64 },
 }
 
 /// The objects on the ground with their albedos.
-struct Things(Vec<(Thing, f64)>);
+struct Bodies(Vec<(Body, f64)>);
 
-impl Thing {
+impl Body {
     /// Distance along a ray to the object.
-    fn hit(&self, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<f64> {
+    fn hit(&self, from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         match self {
             Self::Ball { centre: [x, y], radius } => {
                 let apart = from - Vector3::new(*x, *y, *radius);
-                let (a, b) = (way.norm_squared(), apart.dot(way));
+                let (a, b) = (direction.norm_squared(), apart.dot(direction));
                 let root = b * b - a * (apart.norm_squared() - radius * radius);
                 (root > 0.0).then(|| (-b - root.sqrt()) / a)
             }
@@ -50,10 +50,10 @@ impl Thing {
                 let (sin, cos) = turn_rad.sin_cos();
                 let axes = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
                 let from = axes * (from - Vector3::new(centre[0], centre[1], height / 2.0));
-                let (way, half) = (axes * way, Vector3::new(half[0], half[1], height / 2.0));
+                let (direction, half) = (axes * direction, Vector3::new(half[0], half[1], height / 2.0));
                 let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
                 for axis in 0..3 {
-                    let ends = [-1.0, 1.0].map(|side| (side * half[axis] - from[axis]) / way[axis]);
+                    let ends = [-1.0, 1.0].map(|side| (side * half[axis] - from[axis]) / direction[axis]);
                     near = near.max(ends[0].min(ends[1]));
                     far = far.min(ends[0].max(ends[1]));
                 }
@@ -63,46 +63,46 @@ impl Thing {
     }
 }
 
-impl Things {
+impl Bodies {
     /// Distance along a ray to the nearest object, and its albedo.
-    fn hit(&self, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<(f64, f64)> {
-        let things = self.0.iter().filter_map(|(thing, albedo)| Some((thing.hit(from, way)?, *albedo)));
-        let met = things.chain([(-from.z / way.z, 1.0)]).filter(|(reach, _)| *reach > 0.0);
+    fn hit(&self, from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, f64)> {
+        let bodies = self.0.iter().filter_map(|(thing, albedo)| Some((thing.hit(from, direction)?, *albedo)));
+        let met = bodies.chain([(-from.z / direction.z, 1.0)]).filter(|(reach, _)| *reach > 0.0);
         met.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 
 /// Nine blocks, a third of them exactly one wrap high, and four balls of albedos 0.2 to 1.2.
-fn things(dice: &mut Dice, wrap_mm: f64) -> Things {
-    let place = |dice: &mut Dice| [dice.between(-75.0, 75.0), dice.between(-45.0, 45.0)];
-    let block = |idx: usize, dice: &mut Dice| {
-        let height = if idx < 3 { dice.between(0.93, 1.07) * wrap_mm } else { dice.between(2.0, 32.0) };
-        let half = [dice.between(6.0, 16.0), dice.between(6.0, 16.0)];
-        Thing::Block { centre: place(dice), half, turn_rad: dice.between(-0.8, 0.8), height }
+fn bodies(random: &mut RandomNumbers, wrap_mm: f64) -> Bodies {
+    let place = |random: &mut RandomNumbers| [random.between(-75.0, 75.0), random.between(-45.0, 45.0)];
+    let block = |idx: usize, random: &mut RandomNumbers| {
+        let height = if idx < 3 { random.between(0.93, 1.07) * wrap_mm } else { random.between(2.0, 32.0) };
+        let half = [random.between(6.0, 16.0), random.between(6.0, 16.0)];
+        Body::Block { centre: place(random), half, turn_rad: random.between(-0.8, 0.8), height }
     };
-    let mut things: Vec<Thing> = (0..9).map(|idx| block(idx, dice)).collect();
-    things.extend((0..4).map(|_| Thing::Ball { centre: place(dice), radius: dice.between(6.0, 18.0) }));
-    Things(things.into_iter().map(|thing| (thing, dice.between(0.2, 1.2))).collect())
+    let mut bodies: Vec<Body> = (0..9).map(|idx| block(idx, random)).collect();
+    bodies.extend((0..4).map(|_| Body::Ball { centre: place(random), radius: random.between(6.0, 18.0) }));
+    Bodies(bodies.into_iter().map(|thing| (thing, random.between(0.2, 1.2))).collect())
 }
 
 /// The scene of a seed: as [`super::rendered::crowded`], 32 frames at 1 mm and lines of 5–8 px.
 pub fn splatted(seed: u64) -> Rendered {
-    let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x2545_F491));
+    let mut random = RandomNumbers(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x2545_F491));
     (0..8).for_each(|_| {
-        dice.0.uniform();
+        random.0.uniform();
     });
-    let fwhm_px = dice.between(5.0, 8.0);
+    let fwhm_px = random.between(5.0, 8.0);
     let model = StationModel::seeded(seed, &StationShape::default()).unwrap();
     let calibration = calibration_of(&model);
     let wrap_mm = wrap_mm(&calibration, model.shape.standoff_mm);
-    let light = Light { ridge: dice.between(250.0, 400.0), speckle: dice.between(0.2, 0.4), fwhm_px };
-    let things = things(&mut dice, wrap_mm);
+    let light = Light { ridge: random.between(250.0, 400.0), speckle: random.between(0.2, 0.4), fwhm_px };
+    let bodies = bodies(&mut random, wrap_mm);
     let name =
         format!("splatted {seed}: lines {fwhm_px:.1} px, ridge {:.0}, speckle {:.2}", light.ridge, light.speckle);
     let frame = |idx: usize| {
         let position_mm = idx as f64 - (FRAMES - 1) as f64 / 2.0;
-        let rays = rays(&model, &things, position_mm);
-        let image = light.picture(&model, &rays, seed.wrapping_mul(1000) + idx as u64);
+        let rays = rays(&model, &bodies, position_mm);
+        let image = light.image(&model, &rays, seed.wrapping_mul(1000) + idx as u64);
         let frame = ScanFrame {
             centrelines: find_centrelines(&image, &CentrelineParams::default()),
             position: StagePosition::LinearMm(position_mm),
@@ -116,9 +116,9 @@ pub fn splatted(seed: u64) -> Rendered {
 }
 
 /// The rays that reach a visible point, by order, then along the fan: index, position, brightness.
-fn rays(model: &StationModel, things: &Things, position_mm: f64) -> Vec<(usize, TrueRay, f64)> {
+fn rays(model: &StationModel, bodies: &Bodies, position_mm: f64) -> Vec<(usize, TrueRay, f64)> {
     let Scene::Plate(plate) = SceneKind::Plate.placed(model, PART_STREAM) else {
-        unreachable!("a plate was asked for")
+        unreachable!("the scene is a plate")
     };
     let origin = plate.point_mm + model.stage.linear().unwrap().direction * position_mm;
     let to_plate = plate.axes.transpose();
@@ -127,10 +127,10 @@ fn rays(model: &StationModel, things: &Things, position_mm: f64) -> Vec<(usize, 
         let of_ray = |idx: usize| {
             let phi = model.fan_half_angle_rad * (2.0 * (idx as f64 + 0.5) / RAYS[0] as f64 - 1.0);
             let ray = model.grating.ray(phi, *order)?;
-            let (from, way) = (to_plate * (ray.origin_mm - origin), to_plate * ray.direction);
-            let (reach, albedo) = things.hit(&from, &way)?;
-            let there = from + way * reach;
-            let (seen, _) = things.hit(&eye, &(there - eye))?;
+            let (from, direction) = (to_plate * (ray.origin_mm - origin), to_plate * ray.direction);
+            let (reach, albedo) = bodies.hit(&from, &direction)?;
+            let there = from + direction * reach;
+            let (seen, _) = bodies.hit(&eye, &(there - eye))?;
             let at = ray.origin_mm + ray.direction * reach;
             let pixel = model.camera.project(&at).filter(|_| seen > 1.0 - 1e-6)?;
             let ray = TrueRay { order: *order, along_px: pixel.x, across_px: pixel.y, depth_mm: at.z };
@@ -151,7 +151,7 @@ struct Light {
 }
 
 impl Light {
-    fn picture(&self, model: &StationModel, rays: &[(usize, TrueRay, f64)], seed: u64) -> GreyImage {
+    fn image(&self, model: &StationModel, rays: &[(usize, TrueRay, f64)], seed: u64) -> GreyImage {
         let (width, height) = (model.camera.width_px, model.camera.height_px);
         let mut levels = vec![0.0f32; width * height];
         let spacing_px = 2.0 * model.fan_half_angle_rad * model.camera.fx_px / RAYS[0] as f64;

@@ -1,4 +1,4 @@
-//! Comparison of a cloud's points with the true lines of their pictures.
+//! Comparison of a cloud's points with the true lines of their images.
 
 use std::collections::HashMap;
 
@@ -8,8 +8,8 @@ use vision::LineDirection;
 /// Distance from a true line within which a point is on it, px: at an edge the centre of a wide line is pulled aside,
 /// and the next line is an order of magnitude farther away.
 const ON_LINE_PX: f64 = 2.5;
-/// Columns on either side in which a true line counts as well: its end is not known to the pixel.
-const BESIDE_PX: i64 = 4;
+/// Columns on either side in which a true line counts as well, since its end is not known to the pixel.
+const MARGIN_COLUMNS: i64 = 4;
 
 /// Between rays of one order farther apart than this, along the line or in depth, no true line is assumed.
 const LINE_GAP_PX: f64 = 12.0;
@@ -60,7 +60,7 @@ pub fn lines_between(rays: &[TrueRay], width_px: usize) -> Vec<TruthLine> {
     lines
 }
 
-/// Number of right and wrong points of a cloud.
+/// Numbers of correct and wrong points of a cloud.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Score {
     /// True (line, column) of all frames.
@@ -123,7 +123,7 @@ pub fn score(points: &[CloudPoint], truth: &[Vec<TruthLine>], direction: LineDir
             let (along, across) = place(point);
             found.entry((point.order, along)).or_default().push(across);
             let near = |line: &&&TruthLine| (line.across_px - across).abs() < ON_LINE_PX;
-            let orders: Vec<i8> = (along - BESIDE_PX..=along + BESIDE_PX)
+            let orders: Vec<i8> = (along - MARGIN_COLUMNS..=along + MARGIN_COLUMNS)
                 .filter_map(|column| columns.get(&column))
                 .flat_map(|lines| lines.iter().filter(near).map(|line| line.order))
                 .collect();
@@ -134,7 +134,7 @@ pub fn score(points: &[CloudPoint], truth: &[Vec<TruthLine>], direction: LineDir
                 match explained.last_mut() {
                     Some(run)
                         if (run.0, run.1, run.2) == (point.frame, point.order, orders[0])
-                            && along - run.4 <= BESIDE_PX =>
+                            && along - run.4 <= MARGIN_COLUMNS =>
                     {
                         run.4 = along;
                     }

@@ -20,7 +20,7 @@ impl File {
     /// Indexes a recording; an interrupted one is played up to its end.
     pub fn open(path: &Path) -> Result<(Self, Vec<RecordedFrame>), ReplayError> {
         let recording = RecordingFile::open(path)?;
-        for damage in &recording.damages {
+        for damage in &recording.damaged_parts {
             tracing::warn!(at_bytes = damage.at_bytes, "the recording is damaged: {}", damage.reason);
         }
         let (frames, n_missing) = recording.scan_frames();
@@ -34,12 +34,13 @@ impl File {
         if let Some((other, _)) = frames.iter().find(|(idx, _)| recording.frames[*idx].shape != shape) {
             return Err(ReplayError::OtherSize { path: path.to_owned(), frame_idx: *other });
         }
-        let recorded_frame = |(idx, place): &(usize, Option<capture::StagePlace>)| {
+        let recorded_frame = |(idx, position): &(usize, Option<capture::NominalPosition>)| {
             let note = &recording.frames[*idx].note;
-            let position_mm = place.map(capture::StagePlace::value);
+            let position_mm = position.map(capture::NominalPosition::value);
             RecordedFrame { position_mm, exposure_us: note.exposure_us, lost_before: note.lost_before.total() }
         };
-        let turns = frames.iter().any(|(_, place)| matches!(place, Some(capture::StagePlace::AngleDeg(_))));
+        let turns =
+            frames.iter().any(|(_, position)| matches!(position, Some(capture::NominalPosition::AngleDeg(_))));
         let stage = if turns { StageKind::Rotary } else { StageKind::Linear };
         let recorded = frames.iter().map(recorded_frame).collect();
         Ok((Self { stage, frames: frames.into_iter().map(|(idx, _)| idx).collect(), recording }, recorded))

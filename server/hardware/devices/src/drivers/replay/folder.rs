@@ -73,7 +73,7 @@ fn images_of(capture: &Capture, wanted: &ImageSelection) -> Result<Vec<(LaserIma
             let scan = capture.scan(name)?;
             let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
             let files = laser_files(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
-            files.map(|(file, frame)| (file, Some(frame.place().value()))).collect()
+            files.map(|(file, frame)| (file, Some(frame.position().value()))).collect()
         }
         ImageSelection::Boards => {
             let poses = manifest.poses.iter().enumerate();
@@ -83,7 +83,7 @@ fn images_of(capture: &Capture, wanted: &ImageSelection) -> Result<Vec<(LaserIma
         ImageSelection::StageViews => {
             let views = manifest.stage_views.iter().enumerate();
             let image = |(idx, view): (usize, &capture::StageView)| {
-                (board(format!("stage_views[{idx}].board"), &view.board), Some(view.place().value()))
+                (board(format!("stage_views[{idx}].board"), &view.board), Some(view.position().value()))
             };
             views.map(image).collect()
         }

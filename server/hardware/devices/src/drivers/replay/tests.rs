@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StagePlace,
-    StageSheet, StageView,
+    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Pose, Scan,
+    StageDescription, StageView,
 };
-use recording::{FrameLosses, FrameNote, Place, RecordingEnd, RecordingHeader, RecordingWriter, RowNote};
+use recording::{
+    FrameLosses, FrameNote, RecordedPosition, RecordingEnd, RecordingHeader, RecordingWriter, RowNote,
+};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
@@ -275,22 +277,22 @@ fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
             line_direction: None,
         }
         .into(),
-        stage: StageSheet::default(),
+        stage: StageDescription::default(),
     };
     let mut writer = RecordingWriter::create(std::fs::File::create(&path).unwrap(), &header, None).unwrap();
     let image_of = |grey: u8| GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX]));
     let note = |sequence: u64, recorder: u64| FrameNote {
         sequence,
         captured_at_ns: 0,
-        place: Place::default(),
+        position: RecordedPosition::default(),
         exposure_us: 700.0,
         laser_on: true,
         lost_before: FrameLosses { recorder, ..FrameLosses::default() },
     };
     writer.frame(1, &note(7, 0), &image_of(255).unwrap()).unwrap();
     for (row, position_mm) in POSITIONS_MM.into_iter().enumerate() {
-        let (sequence, place) = (10 + row as u64, StagePlace::PositionMm(position_mm).into());
-        writer.note(1, &RowNote { sequence, row: row as u64, place }).unwrap();
+        let (sequence, position) = (10 + row as u64, NominalPosition::PositionMm(position_mm).into());
+        writer.note(1, &RowNote { sequence, row: row as u64, position }).unwrap();
         let note = note(sequence, lost_before_row(row));
         writer.frame(2 + row as u64, &note, &image_of(row as u8).unwrap()).unwrap();
     }
@@ -364,11 +366,11 @@ fn recorded() -> TempDir {
     };
     let frames = POSITIONS_MM.into_iter().enumerate();
     let frame = |(idx, position_mm): (usize, f64)| {
-        Frame::new(put(&format!("scan/{idx}.png"), idx as u8), StagePlace::PositionMm(position_mm))
+        Frame::new(put(&format!("scan/{idx}.png"), idx as u8), NominalPosition::PositionMm(position_mm))
     };
     let manifest = Manifest {
         format: "sheaf-capture/1".into(),
-        stage: StageSheet::default(),
+        stage: StageDescription::default(),
         background: None,
         camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX, channel: ChannelChoice::Auto },
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
@@ -388,7 +390,7 @@ fn recorded() -> TempDir {
             },
             Pose { board: put("board/1.png", 101), laser: None, lasers: Vec::new(), background: None },
         ],
-        stage_views: vec![StageView::new(put("stage/0.png", 150), StagePlace::PositionMm(-20.0))],
+        stage_views: vec![StageView::new(put("stage/0.png", 150), NominalPosition::PositionMm(-20.0))],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],
     };
     capture::write_manifest(folder.path(), &manifest).unwrap();

@@ -41,14 +41,14 @@ impl Pose {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("photograph.png");
         self.image(level, laser, picture).save(&path).unwrap();
-        read_photograph(&path).unwrap().picture
+        read_photograph(&path).unwrap().image
     }
 
     fn compressed(&self, level: f64, quality: u8) -> CameraImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("photograph.jpg");
         write_jpeg(&path, &self.image(level, RED_LASER, 1), quality);
-        read_photograph(&path).unwrap().picture
+        read_photograph(&path).unwrap().image
     }
 
     fn lines(&self, picture: &CameraImage, channel: Channel) -> Agreement {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StageSheet, StageView, params::FORMAT,
+    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StageDescription, StageView, params::FORMAT,
 };
 use store::{ArtifactId, StoreError};
 
@@ -12,7 +12,7 @@ use crate::error::disk_problem;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::progress::Phase;
-use crate::resources::captures::{capture_place, capture_stage};
+use crate::resources::captures::{capture_stage, nominal_position};
 use crate::sessions::{Picture, Session, SessionBody, Sessions};
 
 /// Writes the usable images of the session as the capture folder `folder`.
@@ -38,12 +38,12 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
         let board = put("stage", stage_views.len(), &view.board.picture)?;
-        stage_views.push(StageView::new(board, capture_place(view.position)));
+        stage_views.push(StageView::new(board, nominal_position(view.position)));
     }
     let body = &session.body;
     let manifest = Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet { kind: stage_of(&session.body), ..StageSheet::default() },
+        stage: StageDescription { kind: stage_of(&session.body), ..StageDescription::default() },
         background: None,
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: body.target.clone(),

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, Manifest, Pose, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, ChannelChoice, Manifest, Pose, StageDescription, StageView, params::FORMAT, write_manifest,
+    write_png,
 };
 use station::StampedFrame;
 
@@ -13,7 +14,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
-use crate::resources::captures::{capture_place, capture_stage, without_folder};
+use crate::resources::captures::{capture_stage, nominal_position, without_folder};
 use crate::resources::scan_run::stage_kind;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
@@ -65,7 +66,7 @@ pub(super) fn take_pictures(
         album.report_activity(&camera, Phase::ExposingStage.counted(number, of), &words);
         let position = camera.go_to(*position)?;
         let board = album.add("stage", &*camera.board()?)?;
-        album.stage_views.push(StageView::new(board, capture_place(position)));
+        album.stage_views.push(StageView::new(board, nominal_position(position)));
     }
     album.finish()
 }
@@ -142,7 +143,7 @@ fn manifest(
 ) -> Manifest {
     Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet { kind: capture_stage(stage), ..StageSheet::default() },
+        stage: StageDescription { kind: capture_stage(stage), ..StageDescription::default() },
         background: None,
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
         target: config.target.clone(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StageSheet, write_manifest};
+use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StageDescription, write_manifest};
 use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
@@ -10,7 +10,7 @@ use store::Change;
 use crate::config::AppConfig;
 use crate::error::AppError;
 use crate::jobs::ComputeContext;
-use crate::resources::captures::{CaptureOrigin, capture_place, capture_stage};
+use crate::resources::captures::{CaptureOrigin, capture_stage, nominal_position};
 
 /// Folder of the images within the capture.
 const FOLDER: &str = "scan";
@@ -62,7 +62,7 @@ pub fn take_in(
 fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
     Manifest {
         format: capture::params::FORMAT.to_owned(),
-        stage: StageSheet { kind: capture_stage(frames.header.stage), ..StageSheet::default() },
+        stage: StageDescription { kind: capture_stage(frames.header.stage), ..StageDescription::default() },
         background: None,
         camera: CameraFormat {
             width_px: frames.header.width_px as usize,
@@ -76,7 +76,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
         scans: vec![Scan {
             name: scan.to_owned(),
             frames: (0..frames.n_frames())
-                .map(|idx| Frame::new(picture_path(idx), capture_place(frames.position(idx))))
+                .map(|idx| Frame::new(picture_path(idx), nominal_position(frames.position(idx))))
                 .collect(),
         }],
     }

@@ -90,7 +90,7 @@ pub(super) fn summary(capture: &Capture, unpacked_bytes: u64) -> Value {
         .scans
         .iter()
         .map(|scan| {
-            let places = scan.frames.iter().map(|frame| frame.place().value());
+            let places = scan.frames.iter().map(|frame| frame.position().value());
             let (from, to) = (places.clone().reduce(f64::min), places.reduce(f64::max));
             match manifest.stage.kind {
                 StageKind::Linear => {

@@ -32,7 +32,7 @@ use crate::resources::captures::cache::{Cache, InUse};
 use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 
 pub use check::without_folder;
-pub use stage::{capture_place, capture_stage};
+pub use stage::{capture_stage, nominal_position};
 
 /// Archive format of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

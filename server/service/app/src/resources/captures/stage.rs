@@ -1,6 +1,6 @@
 //! The stage in a capture's manifest.
 
-use capture::{StageKind, StagePlace};
+use capture::{NominalPosition, StageKind};
 use optics::StagePosition;
 
 /// The stage kind in the manifest.
@@ -12,9 +12,9 @@ pub fn capture_stage(kind: optics::StageKind) -> StageKind {
 }
 
 /// The position in the manifest.
-pub fn capture_place(position: StagePosition) -> StagePlace {
+pub fn nominal_position(position: StagePosition) -> NominalPosition {
     match position {
-        StagePosition::LinearMm(position_mm) => StagePlace::PositionMm(position_mm),
-        StagePosition::RotaryDeg(angle_deg) => StagePlace::AngleDeg(angle_deg),
+        StagePosition::LinearMm(position_mm) => NominalPosition::PositionMm(position_mm),
+        StagePosition::RotaryDeg(angle_deg) => NominalPosition::AngleDeg(angle_deg),
     }
 }

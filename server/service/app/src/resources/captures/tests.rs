@@ -10,8 +10,8 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Scan, StagePlace,
-    StageSheet, write_manifest, write_png,
+    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Scan,
+    StageDescription, write_manifest, write_png,
 };
 use store::Store;
 use tar::{Builder, EntryType, Header};
@@ -74,10 +74,10 @@ impl Bench {
 /// A capture of two frames, 48 × 32 pixels.
 fn good() -> Entries {
     let folder = tempfile::tempdir().unwrap();
-    let frame = |idx: usize| Frame::new(format!("scan/{idx}.png"), StagePlace::PositionMm(idx as f64));
+    let frame = |idx: usize| Frame::new(format!("scan/{idx}.png"), NominalPosition::PositionMm(idx as f64));
     let manifest = Manifest {
         format: "sheaf-capture/1".to_owned(),
-        stage: StageSheet::default(),
+        stage: StageDescription::default(),
         background: None,
         camera: CameraFormat { width_px: 48, height_px: 32, channel: ChannelChoice::Auto },
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),

@@ -204,7 +204,7 @@ mod tests {
 
     fn powers(ratio: f64) -> OrderPowers {
         let log_ratios = vec![(1, Estimate { value: ratio, sigma: 0.01 })];
-        OrderPowers { against: 0, log_ratios, log_total: 5.0, n_places: 900 }
+        OrderPowers { reference_order: 0, log_ratios, log_total: 5.0, n_places: 900 }
     }
 
     #[test]

@@ -47,7 +47,7 @@ impl From<WatchHistory> for StoredHistory {
             verdicts,
         };
         let powers = |of: OrderPowers| StoredPowers {
-            against: of.against,
+            against: of.reference_order,
             log_ratios: of.log_ratios.iter().map(|(order, ratio)| (*order, ratio.value, ratio.sigma)).collect(),
             log_total: of.log_total,
             n_places: of.n_places,
@@ -74,7 +74,12 @@ impl From<StoredHistory> for WatchHistory {
         };
         let powers = |StoredPowers { against, log_ratios, log_total, n_places }| {
             let ratio = |(order, value, sigma)| (order, Estimate { value, sigma });
-            OrderPowers { against, log_ratios: log_ratios.into_iter().map(ratio).collect(), log_total, n_places }
+            OrderPowers {
+                reference_order: against,
+                log_ratios: log_ratios.into_iter().map(ratio).collect(),
+                log_total,
+                n_places,
+            }
         };
         let reference = |StoredReference { calibration_id, powers: of }| {
             (calibration_id, of.into_iter().map(powers).collect())

@@ -79,8 +79,8 @@ impl ProfileDto {
             y_mm: column(&|point| point.hit_in_camera.xyz.y),
             z_mm: column(&|point| point.hit_in_camera.xyz.z),
             sigma_mm: column(&|point| point.noise_sigma_mm),
-            u_px: column(&|point| point.seen.u_px),
-            v_px: column(&|point| point.seen.v_px),
+            u_px: column(&|point| point.centreline.u_px),
+            v_px: column(&|point| point.centreline.v_px),
         }
     }
 }

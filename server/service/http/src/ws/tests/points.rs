@@ -16,7 +16,7 @@ const SCAN: &str = "01890a5d-ac96-774b-bcce-b302099a8057";
 const NEXT_SCAN: &str = "01890a5d-ac96-774b-bcce-b302099a8058";
 
 fn profile(frame: u32, n_points: usize) -> Profile {
-    let seen = CentrelinePoint {
+    let centreline = CentrelinePoint {
         u_px: 5.0,
         v_px: 6.0,
         normal: [0.0, 1.0],
@@ -28,7 +28,7 @@ fn profile(frame: u32, n_points: usize) -> Profile {
     let point = |idx: usize| ProfilePoint {
         order: 1,
         hit_in_camera: PointMm::new(Vector3::new(idx as f64, f64::from(frame), 400.0)),
-        seen,
+        centreline,
         noise_sigma_mm: 0.003,
     };
     Profile { points: (0..n_points).map(point).collect(), ..Profile::default() }

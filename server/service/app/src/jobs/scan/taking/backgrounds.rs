@@ -55,7 +55,7 @@ impl Background {
     }
 
     /// The frame with it subtracted; `None` if it does not match.
-    pub fn taken_from(&self, frame: &GreyImage) -> Option<GreyImage> {
+    pub fn subtracted_from(&self, frame: &GreyImage) -> Option<GreyImage> {
         let on = CameraImage::Grey(frame.clone());
         if scene_change(&on, &self.picture).is_some() {
             return None;
@@ -149,9 +149,9 @@ mod tests {
     #[test]
     fn a_background_is_subtracted_only_from_frames_of_its_pose() {
         let lit = |of: GreyImage| grey(move |u, v| of.at(u, v) as u8 + if v == 60 { 100 } else { 0 });
-        let here = background(room(20)).taken_from(&lit(room(20))).unwrap();
+        let here = background(room(20)).subtracted_from(&lit(room(20))).unwrap();
         assert_eq!((here.at(30, 60), here.at(30, 61), here.at(100, 10)), (100.0, 0.0, 0.0));
-        assert_eq!(background(room(80)).taken_from(&lit(room(20))), None);
+        assert_eq!(background(room(80)).subtracted_from(&lit(room(20))), None);
     }
 
     #[test]

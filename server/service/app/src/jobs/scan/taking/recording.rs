@@ -17,7 +17,7 @@ use capture::write_png;
 use live::LiveFrame;
 use optics::{StagePosition, Triangulator};
 use scanning::files::peaks::pack_frame;
-use scanning::{Exposed, FusionCounts, fuse_exposures};
+use scanning::{ExposureLines, FusionCounts, fuse_exposures};
 use station::SharedFrame;
 use station::recycling::Recycling;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
@@ -202,9 +202,9 @@ impl Recorder<'_> {
     /// The lines of several exposures as one frame's.
     fn fused(&self, frames: &[SharedFrame], lines: &[Centrelines], longest: (f64, &Centrelines)) -> Centrelines {
         let of_shorter = frames.iter().map(|frame| frame.exposure_us).zip(lines);
-        let exposed: Vec<Exposed> = of_shorter
+        let exposed: Vec<ExposureLines> = of_shorter
             .chain([longest])
-            .map(|(exposure_us, centrelines)| Exposed { exposure_us, centrelines })
+            .map(|(exposure_us, centrelines)| ExposureLines { exposure_us, centrelines })
             .collect();
         let (fused, counts) = fuse_exposures(&exposed);
         self.fusion.lock().add(&counts);
@@ -218,7 +218,7 @@ impl Recorder<'_> {
         frame: &GreyImage,
         background: Option<&Arc<Background>>,
     ) -> Result<Option<GreyImage>, AppError> {
-        let freed = background.and_then(|background| background.taken_from(frame));
+        let freed = background.and_then(|background| background.subtracted_from(frame));
         self.log.used(idx, background.filter(|_| freed.is_some()))?;
         Ok(freed)
     }

@@ -52,7 +52,7 @@ fn check_same_cloud(bench: &Bench, scan: &ScanRecord) {
     assert_eq!((record.state, figures.ended), (RecordingState::Complete, Some(Ended::ScanEnded)));
     assert_eq!((record.scan_id.as_deref(), record.origin.as_str()), (Some(scan.id.as_str()), "scan"));
     assert_eq!(figures.n_rows, scan.report["n_frames"].as_u64().unwrap());
-    assert!(!file.is_lossy() && file.is_whole, "{:?}", file.summary());
+    assert!(!file.is_lossy() && file.is_complete, "{:?}", file.summary());
     let document = file.calibration.clone().unwrap();
     assert_eq!(document, bench.document.to_json().as_bytes());
     let cloud = bench.cloud(scan);
@@ -76,7 +76,7 @@ fn a_recorded_continuous_scan_is_recomputed_bit_by_bit_and_also_has_its_run_up_f
     check_same_cloud(&bench, &scan);
     let (_, figures, file) = only_recording(&bench);
     assert!(figures.n_frames > figures.n_rows, "{figures:?}");
-    let positions: Vec<f64> = file.frames.iter().filter_map(|frame| frame.note.place.position_mm).collect();
+    let positions: Vec<f64> = file.frames.iter().filter_map(|frame| frame.note.position.position_mm).collect();
     assert!(positions.iter().any(|position_mm| *position_mm < -2.0), "{positions:?}");
 }
 
@@ -97,7 +97,7 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
     assert_eq!((scan.state, &scan.report["n_frames"]), (ScanState::Complete, &9.into()), "{}", scan.report);
     let (record, figures, file) = only_recording(&bench);
     assert_eq!((record.state, figures.ended), (RecordingState::Complete, Some(Ended::DiskFloor)));
-    assert_eq!((figures.n_rows, file.frames.len(), file.is_whole), (3, 3, true), "{figures:?}");
+    assert_eq!((figures.n_rows, file.frames.len(), file.is_complete), (3, 3, true), "{figures:?}");
     assert_eq!(file.end.as_ref().unwrap().reason, "free disk space reached its lower limit");
     let events = bench.runtime.block_on(bench.catalogue.read().events_after(0, 100)).unwrap().records;
     let ended = events.iter().find(|event| event.kind == "recording.ended").unwrap();
@@ -164,6 +164,6 @@ fn a_recording_of_a_crashed_process_is_repaired_at_the_next_start() {
     }
     let (record, figures, file) = only_recording(&bench);
     assert_eq!((record.state, figures.ended), (RecordingState::Interrupted, Some(Ended::Crashed)));
-    assert!(file.is_whole && file.frames.len() >= 4, "{figures:?}");
+    assert!(file.is_complete && file.frames.len() >= 4, "{figures:?}");
     assert!(!path.exists() && !nameless.exists());
 }

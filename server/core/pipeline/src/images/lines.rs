@@ -1,4 +1,4 @@
-//! From a laser picture to its lines, minus the background if there is one.
+//! Lines of a laser image, minus the background if there is one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,30 +7,30 @@ use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
 use vision::{CentrelineParams, Centrelines, Channel, GreyImage};
 
 use crate::failure::Failure;
-use crate::pictures::background::Background;
-use crate::pictures::findings::{Finding, findings_of, pair_findings};
-use crate::pictures::search::{Directions, LineSearch};
+use crate::images::background::Background;
+use crate::images::findings::{Finding, findings_of, pair_findings};
+use crate::images::search::{Directions, LineSearch};
 
-/// A laser picture and its lines.
+/// A laser image and its lines.
 pub struct FoundLines {
-    /// The picture as read, as luma.
+    /// The image as read, as luma.
     pub photograph: GreyImage,
     /// One channel of it minus the background, if there is one: the input of the extraction.
     pub image: GreyImage,
     /// The lines.
     pub lines: Centrelines,
-    /// Findings about the picture.
+    /// Findings about the image.
     pub findings: Vec<Finding>,
-    /// Quality of a JPEG's compression; `None` if nothing is lost.
+    /// Quality of JPEG compression; `None` for lossless formats.
     pub jpeg_quality: Option<u8>,
 }
 
-/// Reads a laser picture and finds its lines.
+/// Reads a laser image and finds its lines.
 pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearch) -> Result<FoundLines, Failure> {
     let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
     let image = match background {
-        Some(background) => background.taken_from(&photograph.picture, path)?.channel(search.channel),
-        None => photograph.picture.channel(search.channel),
+        Some(background) => background.subtracted_from(&photograph.image, path)?.channel(search.channel),
+        None => photograph.image.channel(search.channel),
     };
     let mut lines = search.all_lines(&image);
     let mut findings = findings_of(&image, &lines, search);
@@ -44,19 +44,20 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     }
     if let Some(background) = background {
         let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
-        findings.extend(pair_findings(&photograph.picture, background.picture(), n_points, search));
+        findings.extend(pair_findings(&photograph.image, background.image(), n_points, search));
     }
-    let (photograph, jpeg_quality) = (photograph.picture.channel(Channel::Luma), photograph.jpeg_quality);
+    let (photograph, jpeg_quality) = (photograph.image.channel(Channel::Luma), photograph.jpeg_quality);
     Ok(FoundLines { photograph, image, lines, findings, jpeg_quality })
 }
 
-/// The channel in which pictures of one camera and laser show it: as requested, or selected from some of them.
+/// The channel in which the images of one camera show its laser: as requested, or selected from some of the
+/// images.
 ///
-/// `background`: the background of each picture, by its index, if there is one. Pictures that cannot be read are
+/// `background`: the background of each image, by its index, if there is one. Images that cannot be read are
 /// ignored here and fail when their lines are extracted.
 pub fn channel_of(
     choice: ChannelChoice,
-    pictures: &[PathBuf],
+    images: &[PathBuf],
     background: impl Fn(usize) -> Result<Option<Arc<Background>>, Failure>,
     directions: Directions,
 ) -> LaserChannel {
@@ -64,13 +65,13 @@ pub fn channel_of(
         return LaserChannel { channel, basis: ChannelBasis::Given };
     }
     let read = |idx: usize| {
-        let picture = read_photograph(&pictures[idx]).ok()?.picture;
+        let image = read_photograph(&images[idx]).ok()?.image;
         match background(idx).ok()? {
-            Some(background) => background.taken_from(&picture, &pictures[idx]).ok(),
-            None => Some(picture),
+            Some(background) => background.subtracted_from(&image, &images[idx]).ok(),
+            None => Some(image),
         }
     };
     let along = |&line_direction| CentrelineParams { line_direction, ..CentrelineParams::default() };
     let params: Vec<CentrelineParams> = directions.each().iter().map(along).collect();
-    LaserChannel::decided(pictures.len(), read, &params)
+    LaserChannel::decided(images.len(), read, &params)
 }

@@ -1,4 +1,4 @@
-//! Subtraction of a background (laser off) from pictures with the laser on.
+//! Subtraction of a background (laser off) from images with the laser on.
 
 use std::path::{Path, PathBuf};
 
@@ -7,41 +7,41 @@ use vision::CameraImage;
 
 use crate::failure::Failure;
 
-/// The camera's view without the laser.
+/// An image without the laser.
 pub struct Background {
     path: PathBuf,
-    picture: CameraImage,
+    image: CameraImage,
 }
 
 impl Background {
     /// Reads the background.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
-        Ok(Self { path: path.to_owned(), picture: photograph.picture })
+        Ok(Self { path: path.to_owned(), image: photograph.image })
     }
 
     /// Laser on minus laser off, level by level, clamped at zero.
     ///
-    /// Both pictures must have the same size and bit depth; `path` names the one with the laser on.
-    pub fn taken_from(&self, picture: &CameraImage, path: &Path) -> Result<CameraImage, Failure> {
-        picture.minus(&self.picture).ok_or_else(|| self.mismatch(picture, path))
+    /// Both images must have the same size and bit depth. `path`: file of `image`, for messages.
+    pub fn subtracted_from(&self, image: &CameraImage, path: &Path) -> Result<CameraImage, Failure> {
+        image.minus(&self.image).ok_or_else(|| self.mismatch(image, path))
     }
 
-    /// The picture itself.
-    pub fn picture(&self) -> &CameraImage {
-        &self.picture
+    /// The background image.
+    pub fn image(&self) -> &CameraImage {
+        &self.image
     }
 
-    fn mismatch(&self, picture: &CameraImage, path: &Path) -> Failure {
-        let format = |picture: &CameraImage| {
-            format!("{}×{} pixels of {} bits", picture.width(), picture.height(), picture.bit_depth())
+    fn mismatch(&self, image: &CameraImage, path: &Path) -> Failure {
+        let format = |image: &CameraImage| {
+            format!("{}×{} pixels of {} bits", image.width(), image.height(), image.bit_depth())
         };
         Failure::bad_input(format!(
             "{} has {}, the background {} has {}",
             path.display(),
-            format(picture),
+            format(image),
             self.path.display(),
-            format(&self.picture)
+            format(&self.image)
         ))
         .in_file(path)
         .remedy("take the background with the same camera and settings, with the laser off and nothing moved")
@@ -59,37 +59,37 @@ mod tests {
     }
 
     fn background(pixels: Pixels) -> Background {
-        Background { path: "off.png".into(), picture: grey(3, pixels) }
+        Background { path: "off.png".into(), image: grey(3, pixels) }
     }
 
     #[test]
-    fn brighter_background_gives_zero_in_either_bit_depth() {
+    fn a_brighter_background_gives_zero_in_either_bit_depth() {
         let on = grey(3, Pixels::Eight(vec![10, 200, 5]));
         let off = background(Pixels::Eight(vec![4, 200, 9]));
-        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), grey(3, Pixels::Eight(vec![6, 0, 0])));
+        assert_eq!(off.subtracted_from(&on, Path::new("on.png")).unwrap(), grey(3, Pixels::Eight(vec![6, 0, 0])));
         let on = grey(3, Pixels::Sixteen(vec![1000, 60_000, 5]));
         let off = background(Pixels::Sixteen(vec![1, 50_000, 9]));
         let expected = grey(3, Pixels::Sixteen(vec![999, 10_000, 0]));
-        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), expected);
+        assert_eq!(off.subtracted_from(&on, Path::new("on.png")).unwrap(), expected);
     }
 
     #[test]
-    fn a_background_without_colour_is_taken_from_all_three() {
+    fn a_grey_background_is_subtracted_from_all_three_channels() {
         let colour =
             |levels: &[u8]| CameraImage::Colour(ColourImage::new(3, 1, Pixels::Eight(levels.to_vec())).unwrap());
         let off = background(Pixels::Eight(vec![0, 10, 20]));
         let on = colour(&[9, 8, 7, 19, 9, 10, 50, 60, 70]);
         let expected = colour(&[9, 8, 7, 9, 0, 0, 30, 40, 50]);
-        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), expected);
+        assert_eq!(off.subtracted_from(&on, Path::new("on.png")).unwrap(), expected);
     }
 
     #[test]
-    fn another_size_or_bit_depth_is_refused_by_name() {
+    fn another_size_or_bit_depth_is_refused() {
         let off = background(Pixels::Eight(vec![0; 3]));
         let wide = grey(4, Pixels::Eight(vec![0; 4]));
         let deep = grey(3, Pixels::Sixteen(vec![0; 3]));
         for (on, word) in [(wide, "4×1 pixels of 8 bits"), (deep, "3×1 pixels of 16 bits")] {
-            let text = off.taken_from(&on, Path::new("on.png")).unwrap_err().to_string();
+            let text = off.subtracted_from(&on, Path::new("on.png")).unwrap_err().to_string();
             for word in [word, "on.png", "off.png", "3×1 pixels of 8 bits", "remedy"] {
                 assert!(text.contains(word), "{text}");
             }

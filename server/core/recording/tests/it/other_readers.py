@@ -1,4 +1,4 @@
-"""Reads an MCAP file with the packages of others and prints what is in it as JSON."""
+"""Reads an MCAP file with the packages of MCAP and Foxglove and prints its content as JSON."""
 
 import json
 import struct
@@ -28,14 +28,14 @@ def published_files(module):
 
 
 def is_published(schema, module):
-    """Whether a file holds the descriptors that are published, and no other."""
+    """Whether a file contains exactly the published descriptors."""
     found = descriptor_pb2.FileDescriptorSet()
     found.ParseFromString(schema.data)
     published = published_files(module)
     for file in found.file:
         for message in list(file.message_type) + list(published[file.name].message_type):
             for field in message.field:
-                # The compiler adds it; it follows from the name.
+                # Added by the compiler; derived from the name.
                 field.ClearField("json_name")
     return {file.name: file for file in found.file} == published
 

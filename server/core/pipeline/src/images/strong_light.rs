@@ -1,33 +1,34 @@
-//! Strong light beside all lines found: too wide, clipped, or not a line at all. It is reported.
+//! Strong light that is not part of a line found: too wide, clipped, or not a line. It is reported.
 
 use std::fmt;
 
 use vision::{Centrelines, GreyImage, LineDirection};
 
-use crate::pictures::search::Region;
+use crate::images::search::Region;
 
 /// Neighbouring columns (rows) whose light is averaged.
 const STRIP_PX: usize = 16;
 /// Fewest strips over which light must extend to be reported: shorter pieces are glints and corners.
 const MIN_STRIPS: usize = 4;
 /// Smallest height of strong light relative to the brightest tenth of the points found.
-const OF_LINES: f32 = 0.5;
+const MIN_OF_LINES: f32 = 0.5;
 /// Without lines, smallest height relative to full scale.
-const OF_FULL_SCALE: f32 = 0.1;
-/// Widest light considered, relative to the picture's side across the lines; wider is a bright surface.
-const WIDEST_SHARE: f32 = 0.25;
+const MIN_OF_FULL_SCALE: f32 = 0.1;
+/// Largest width of light considered, relative to the size of the image across the lines; wider light is a bright
+/// surface.
+const MAX_WIDTH_SHARE: f32 = 0.25;
 /// Widest line that the extraction supports (`docs/maths/centreline.md`, known limits).
-const WIDEST_LINE_PX: usize = 40;
+const MAX_LINE_WIDTH_PX: usize = 40;
 /// Fraction of full scale from which light is clipped.
-const CLIPPED: f32 = 0.98;
-/// Largest distance, in pixels, of a point that belongs to light.
-const NEAR_PX: f64 = 3.0;
-/// Light this narrow along the first or last row is a frame that a program drew around the picture.
-const FRAME_PX: usize = 3;
-/// Most findings per picture; the longest first.
-const MOST: usize = 3;
+const CLIPPED_SHARE: f32 = 0.98;
+/// Largest distance of a point from the light to which it belongs, px.
+const MAX_DISTANCE_PX: f64 = 3.0;
+/// Light up to this width along the first or last row is a border that a program drew around the image.
+const MAX_BORDER_PX: usize = 3;
+/// Most findings per image; the longest first.
+const MAX_FINDINGS: usize = 3;
 
-/// Light that yields no point.
+/// Light without points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrongLight {
     /// Search direction.
@@ -36,7 +37,7 @@ pub struct StrongLight {
     pub width_px: usize,
     /// First and last column (row) along the line.
     pub along_px: [usize; 2],
-    /// First and last row (column) of its middle.
+    /// First and last row (column) of its centre.
     pub across_px: [usize; 2],
     /// Grey levels above its surroundings.
     pub height: f32,
@@ -56,8 +57,11 @@ impl fmt::Display for StrongLight {
             "light {} px wide at {along} {a}–{b}, {across} {c}–{d}, {:.0} grey levels high, yields no point: ",
             self.width_px, self.height
         )?;
-        if self.width_px > WIDEST_LINE_PX {
-            write!(f, "wider than {WIDEST_LINE_PX} px, the widest line supported; focus the laser or the camera")
+        if self.width_px > MAX_LINE_WIDTH_PX {
+            write!(
+                f,
+                "wider than {MAX_LINE_WIDTH_PX} px, the widest line supported; focus the laser or the camera"
+            )
         } else if self.is_clipped {
             f.write_str("clipped; expose shorter")
         } else {
@@ -66,7 +70,7 @@ impl fmt::Display for StrongLight {
     }
 }
 
-/// Light of one strip: its middle, its width, its height, whether it is clipped.
+/// Light of one strip of columns: centre, width, height, and whether it is clipped.
 struct Piece {
     strip: usize,
     middle: usize,
@@ -101,8 +105,8 @@ pub(crate) fn strong_light(
     }
     heights.sort_unstable_by(f32::total_cmp);
     let full = image.full_scale();
-    let of_lines = heights.get(heights.len() * 9 / 10).map_or(0.0, |height| OF_LINES * height);
-    let threshold = of_lines.max(OF_FULL_SCALE * full);
+    let of_lines = heights.get(heights.len() * 9 / 10).map_or(0.0, |height| MIN_OF_LINES * height);
+    let threshold = of_lines.max(MIN_OF_FULL_SCALE * full);
     let inside = |piece: &Piece| {
         let (along, across) = (piece.strip * STRIP_PX + STRIP_PX / 2, piece.middle);
         let (u, v) = if is_turned { (across, along) } else { (along, across) };
@@ -111,7 +115,7 @@ pub(crate) fn strong_light(
     let mut chains: Vec<Vec<Piece>> = Vec::new();
     for (strip, points) in points.iter().enumerate().take(image.width() / STRIP_PX) {
         for piece in pieces_of(image, strip, threshold) {
-            let half = piece.width_px as f64 / 2.0 + NEAR_PX;
+            let half = piece.width_px as f64 / 2.0 + MAX_DISTANCE_PX;
             let is_found = points.iter().any(|across| (across - piece.middle as f64).abs() < half);
             if is_found || !inside(&piece) {
                 continue;
@@ -119,12 +123,13 @@ pub(crate) fn strong_light(
             let follows = |chain: &&mut Vec<Piece>| {
                 let last = &chain[chain.len() - 1];
                 let is_alike = last.width_px <= 2 * piece.width_px && piece.width_px <= 2 * last.width_px;
-                // A straight piece is extrapolated; jumps are texture.
+                // The position is extrapolated linearly; jumps indicate texture.
                 let expected = match chain.len() {
                     1 => last.middle as f64,
                     n => 2.0 * last.middle as f64 - chain[n - 2].middle as f64,
                 };
-                let reach = if chain.len() == 1 { STRIP_PX as f64 } else { NEAR_PX } + piece.width_px as f64 / 4.0;
+                let reach =
+                    if chain.len() == 1 { STRIP_PX as f64 } else { MAX_DISTANCE_PX } + piece.width_px as f64 / 4.0;
                 let follows = (piece.middle as f64 - expected).abs() <= reach;
                 last.strip + 1 == strip && is_alike && follows
             };
@@ -136,7 +141,7 @@ pub(crate) fn strong_light(
     }
     chains.retain(|chain| chain.len() >= MIN_STRIPS);
     chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
-    chains.iter().take(MOST).map(|chain| light_of(chain, direction)).collect()
+    chains.iter().take(MAX_FINDINGS).map(|chain| light_of(chain, direction)).collect()
 }
 
 fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
@@ -158,7 +163,7 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
     let columns = strip * STRIP_PX..(strip + 1) * STRIP_PX;
     let mean = |v: usize| columns.clone().map(|u| image.at(u, v)).sum::<f32>() / STRIP_PX as f32;
     let profile: Vec<f32> = (0..image.height()).map(mean).collect();
-    let surroundings = opened(&profile, (WIDEST_SHARE * image.height() as f32) as usize);
+    let surroundings = opened(&profile, (MAX_WIDTH_SHARE * image.height() as f32) as usize);
     let light: Vec<f32> = profile.iter().zip(&surroundings).map(|(light, dark)| light - dark).collect();
     let mut pieces = Vec::new();
     let mut v = 0;
@@ -174,9 +179,9 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
         let peak = (v..end).find(|&at| light[at] == height).unwrap_or(v);
         let from = (0..=peak).rev().take_while(is_lit).last().unwrap_or(peak);
         let to = (peak..light.len()).take_while(is_lit).last().unwrap_or(peak);
-        let is_clipped = brightest >= CLIPPED * image.full_scale();
-        let (width_px, is_at_rim) = (to - from + 1, from == 0 || to + 1 == light.len());
-        if !(is_at_rim && width_px <= FRAME_PX) {
+        let is_clipped = brightest >= CLIPPED_SHARE * image.full_scale();
+        let (width_px, is_at_border) = (to - from + 1, from == 0 || to + 1 == light.len());
+        if !(is_at_border && width_px <= MAX_BORDER_PX) {
             pieces.push(Piece { strip, middle: (from + to) / 2, width_px, height, is_clipped });
         }
         v = end.max(to + 1);
@@ -219,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn light_wider_than_any_line_is_reported_with_its_position_and_width() {
+    fn light_wider_than_any_supported_line_is_reported_with_its_position_and_width() {
         let found = light_in(&stripe(80.0, true, 150.0));
         let [light] = &found[..] else { panic!("{found:?}") };
         assert!((75..=85).contains(&light.width_px) && light.along_px == [0, 639], "{light:?}");
@@ -229,10 +234,10 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_drawn_around_the_picture_is_not_a_finding() {
+    fn a_border_drawn_around_the_image_is_not_a_finding() {
         let level = |idx: usize| if !(640..640 * 479).contains(&idx) { 250 } else { 10 + (idx * 7919 % 3) as u8 };
-        let framed = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
-        assert_eq!(light_in(&framed), []);
+        let bordered = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
+        assert_eq!(light_in(&bordered), []);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A calibration board of any kind, found in a picture.
+//! Detection of calibration boards of any kind.
 
 use calibration::{BoardGeometry, BoardPattern};
 use capture::{CirclesTarget, Target};
@@ -10,7 +10,7 @@ use vision::{
 /// Finds the corners, or the centres of the discs, of the board described by `target`.
 ///
 /// # Errors
-/// [`CornerError`]: no such board is in the picture.
+/// [`CornerError`]: the board is not found.
 pub fn find_board(image: &GreyImage, target: &Target) -> Result<BoardCorners, CornerError> {
     let circles = |grid: &CirclesTarget, staggered: bool| {
         find_circles(image, &CircleParams { columns: grid.columns, rows: grid.rows, staggered })
@@ -38,15 +38,15 @@ pub fn board_remedy(error: &CornerError, target: &Target) -> String {
     match (error, target) {
         (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(
             "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
-             target.inner_rows in capture.json; if a part of it is outside the picture, retake the picture"
+             target.inner_rows in capture.json; if part of it is outside the image, retake the image"
         ),
         (_, Target::Chessboard(_)) => {
-            "retake the picture with the whole board in it, evenly lit and sharp".to_owned()
+            "retake the image with the whole board in it, evenly lit and sharp".to_owned()
         }
-        (_, Target::Charuco(_)) => "check columns, rows and dictionary of target in capture.json, or retake the picture with more of the board in it, evenly lit and sharp"
+        (_, Target::Charuco(_)) => "check columns, rows and dictionary of target in capture.json, or retake the image with more of the board in it, evenly lit and sharp"
             .to_owned(),
         (_, Target::Circles(_) | Target::AsymmetricCircles(_)) => {
-            "check kind, columns and rows of target in capture.json, or retake the picture with the whole grid in it, evenly lit and sharp"
+            "check kind, columns and rows of target in capture.json, or retake the image with the whole grid in it, evenly lit and sharp"
                 .to_owned()
         }
     }

@@ -1,5 +1,6 @@
-//! The file as read by others: the reader of the MCAP project and the message types published by Foxglove, both for
-//! Python (`mcap`, `mcap-protobuf-support`, `foxglove-schemas-protobuf`). Not covered: how Foxglove displays it.
+//! The file as read by other programs: the reader of the MCAP project and the message types published by Foxglove,
+//! both for Python (`mcap`, `mcap-protobuf-support`, `foxglove-schemas-protobuf`). Not covered: how Foxglove
+//! displays it.
 
 use std::process::Command;
 
@@ -15,7 +16,7 @@ fn another_reader_finds_topics_schemas_counts_and_the_same_pixels() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap");
         write(&path, bits, nothing_lost, true);
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/witness.py");
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/other_readers.py");
         let output = Command::new(&python).arg(script).arg(&path).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let seen: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -47,7 +48,7 @@ fn another_reader_finds_topics_schemas_counts_and_the_same_pixels() {
         assert_eq!(seen["metadata"]["sheaf.recording"]["calibration_id"], "c0ffee");
         assert_eq!(seen["same_as_published"], serde_json::json!({ "RawImage": true, "PointCloud": true }));
         for (idx, image) in seen["images"].as_array().unwrap().iter().enumerate() {
-            let expected: Vec<u8> = match picture(idx, bits).pixels() {
+            let expected: Vec<u8> = match test_image(idx, bits).pixels() {
                 Pixels::Eight(pixels) => pixels.to_vec(),
                 Pixels::Sixteen(pixels) => pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect(),
             };

@@ -6,24 +6,25 @@ use vision::{
     find_centrelines,
 };
 
-/// Lines fainter than this, relative to full scale, are dropped from files with lossy compression unless a contrast was
-/// requested: JPEG blocks leave ripples of one to three levels of 255 where the picture is dark.
+/// Lines fainter than this, relative to full scale, are dropped from files with lossy compression unless a
+/// contrast was requested: JPEG blocks cause ripples of one to three levels of 255 in dark areas.
 const LOSSY_MIN_CONTRAST: f32 = 4.0 / 255.0;
 
-/// Longest piece, in its own widths, that may be a glint: a spot of light is as long as it is wide, even out of focus.
-const GLINT_WIDTHS: f32 = 6.0;
+/// Longest piece, in its own widths, that may be a glint: a spot of light is about as long as it is wide, even out
+/// of focus.
+const MAX_GLINT_WIDTHS: f32 = 6.0;
 /// Shortest piece, in its own widths, that is certainly a line.
-const LINE_WIDTHS: f32 = 15.0;
+const MIN_LINE_WIDTHS: f32 = 15.0;
 /// Smallest ratio of a glint's height to that of the lines: specular reflections of the lamp or the laser are brighter
 /// than scattered light.
-const GLINT_OVER_LINES: f32 = 1.5;
+const MIN_GLINT_OVER_LINES: f32 = 1.5;
 
 /// Directions in which lines may run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Directions {
     /// One direction.
     One(LineDirection),
-    /// Either direction, also within a line: each piece is kept from the direction along which it runs.
+    /// Both directions, even within one line: each piece is taken from the search along its own direction.
     Both,
 }
 
@@ -52,7 +53,7 @@ pub struct Region {
 }
 
 impl Region {
-    fn holds(&self, point: &CentrelinePoint) -> bool {
+    fn contains(&self, point: &CentrelinePoint) -> bool {
         let inside = |at: f64, from: usize, size: usize| at >= from as f64 && at <= (from + size - 1) as f64;
         inside(point.u_px, self.u, self.width) && inside(point.v_px, self.v, self.height)
     }
@@ -61,13 +62,13 @@ impl Region {
 /// Settings of the line search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineSearch {
-    /// The channel used of colour pictures.
+    /// The channel used for colour images.
     pub channel: Channel,
-    /// How the centre is found.
+    /// Method for the centre of a line.
     pub method: CentrelineMethod,
     /// Directions in which lines may run.
     pub directions: Directions,
-    /// Region of the points kept; the whole picture if `None`.
+    /// Region of the points kept; the whole image if `None`.
     pub region: Option<Region>,
     /// Fewest points of a piece of line.
     pub min_points: usize,
@@ -106,7 +107,7 @@ impl LineSearch {
     /// long line nothing is removed. Returns their number.
     pub(crate) fn drop_glints(&self, lines: &mut Centrelines) -> usize {
         let lengths = |segment: &Segment| segment.points.len() as f32 / median_width(segment).max(1.0);
-        let long = lines.segments.iter().filter(|segment| lengths(segment) >= LINE_WIDTHS);
+        let long = lines.segments.iter().filter(|segment| lengths(segment) >= MIN_LINE_WIDTHS);
         let mut heights: Vec<f32> =
             long.flat_map(|segment| &segment.points).map(|point| point.intensity).collect();
         let Some(of_lines) = median(&mut heights) else { return 0 };
@@ -114,9 +115,9 @@ impl LineSearch {
         lines.segments.retain(|segment| {
             let n_clipped = segment.points.iter().filter(|point| point.saturated).count();
             let is_clipped = 3 * n_clipped >= segment.points.len();
-            !(lengths(segment) <= GLINT_WIDTHS
+            !(lengths(segment) <= MAX_GLINT_WIDTHS
                 && is_clipped
-                && median_contrast(segment) >= GLINT_OVER_LINES * of_lines)
+                && median_contrast(segment) >= MIN_GLINT_OVER_LINES * of_lines)
         });
         n_before - lines.segments.len()
     }
@@ -126,7 +127,7 @@ impl LineSearch {
         let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
         let min_contrast = self.min_contrast.unwrap_or(lossy);
         if let Some(region) = self.region {
-            keep_points(lines, |point| region.holds(point));
+            keep_points(lines, |point| region.contains(point));
         }
         lines
             .segments
@@ -143,7 +144,7 @@ pub(crate) fn runs_along(point: &CentrelinePoint, direction: LineDirection) -> b
     }
 }
 
-/// Keeps some points; a piece of line ends where one is left out.
+/// Keeps some points; a piece of a line ends where a point is dropped.
 pub(crate) fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool) {
     let kept = lines
         .segments
@@ -175,7 +176,7 @@ mod tests {
             let (u, v) = ((idx % 256) as f64, (idx / 256) as f64);
             let along =
                 if (20.0..120.0).contains(&u) { 150.0 * bell(v - 40.0) + 20.0 * bell(v - 100.0) } else { 0.0 };
-            // A pattern of the sensor, so that there is noise to measure.
+            // A fixed pattern as noise.
             (10.0 + along + 150.0 * bell(u - 200.0) + (idx * 7919 % 5) as f64 * 0.5).round() as u8
         };
         GreyImage::new(256, 160, Pixels::Eight((0..256 * 160).map(level).collect())).unwrap()
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn glints_are_taken_out_and_counted_and_lines_stay() {
+    fn glints_are_removed_and_counted_and_lines_are_kept() {
         let bell = |distance: f64| (-0.5 * distance * distance).exp();
         let level = |idx: usize| {
             let (u, v) = ((idx % 640) as f64, (idx / 640) as f64);
@@ -228,14 +229,14 @@ mod tests {
     }
 
     #[test]
-    fn region_length_and_contrast_leave_lines_out() {
+    fn lines_are_dropped_by_region_length_and_contrast() {
         let image = crossing();
         let region = Some(Region { u: 50, v: 0, width: 40, height: 60 });
         let cut = wanted(&LineSearch { region, ..search() }, &image);
         assert_eq!(near(&cut, |p| p.v_px - 40.0), 40);
         assert_eq!(cut.segments.len(), 1);
         let long = wanted(&LineSearch { min_points: 110, ..search() }, &image);
-        // The line along the column crosses row 40 in one or two points of its own.
+        // The line along the column has one or two points in row 40.
         assert!(near(&long, |p| p.v_px - 40.0) < 3 && near(&long, |p| p.u_px - 200.0) > 0);
         assert!(near(&wanted(&search(), &image), |p| p.v_px - 100.0) > 70);
         let bright = wanted(&LineSearch { min_contrast: Some(50.0), ..search() }, &image);

@@ -1,18 +1,18 @@
-//! The lines of one picture, as its projector makes them.
+//! The lines of one image, as expected from its projector.
 
 use std::collections::HashMap;
 
 use capture::Projector;
 use vision::{CentrelineExtractor, CentrelineParams, CentrelinePoint, Centrelines, GreyImage, LineDirection};
 
-use crate::pictures::search::{keep_points, runs_along};
+use crate::images::search::{keep_points, runs_along};
 
-/// How near to the other line of a cross a point is left out, in widths of that line: its light reaches 1.5 of them, and
-/// the light on both flanks of a point is no longer even there.
+/// Distance from the other line of a cross below which a point is rejected, in widths of that line: its light
+/// extends to 1.5 widths and makes the flanks of a point uneven.
 const CROSSING_WIDTHS: f64 = 1.5;
 
-/// The lines of a picture. Of a cross they are found along both directions, each labelled by the one along which it runs;
-/// where they cross neither has a point. `line`: which was lit alone.
+/// The lines of an image. The lines of a cross are searched for along both directions, and each is labelled by its
+/// direction; neither has points at the crossing. `line`: the line that was lit alone.
 pub(crate) fn lines_in(
     image: &GreyImage,
     projector: &Projector,
@@ -30,14 +30,14 @@ pub(crate) fn lines_in(
             let direction = lines.direction;
             keep_points(lines, |point| runs_along(point, direction));
         }
-        let places = [&*one, &*other].map(Places::of);
-        keep_points(one, |point| !places[1].are_near(point));
-        keep_points(other, |point| !places[0].are_near(point));
+        let positions = [&*one, &*other].map(LinePositions::of);
+        keep_points(one, |point| !positions[1].are_near(point));
+        keep_points(other, |point| !positions[0].are_near(point));
     }
     found
 }
 
-/// What [`lines_in`] finds in a picture without lines.
+/// The result of [`lines_in`] for an image without lines.
 pub(crate) fn without_lines(projector: &Projector, line: Option<i8>) -> Vec<Centrelines> {
     let of = |lit_line, direction| Centrelines { lit_line, direction, ..Centrelines::default() };
     match projector.crossing_lines() {
@@ -46,14 +46,14 @@ pub(crate) fn without_lines(projector: &Projector, line: Option<i8>) -> Vec<Cent
     }
 }
 
-/// Where lines pass, by scan column (row).
-struct Places {
+/// Positions of lines, by scan column (row).
+struct LinePositions {
     direction: LineDirection,
-    /// Place across and width of every point of a column (row), px.
+    /// Position across the lines and width of every point of a column (row), px.
     of_columns: HashMap<i64, Vec<(f64, f64)>>,
 }
 
-impl Places {
+impl LinePositions {
     fn of(lines: &Centrelines) -> Self {
         let mut of_columns: HashMap<i64, Vec<(f64, f64)>> = HashMap::new();
         for point in lines.segments.iter().flat_map(|segment| &segment.points) {
@@ -63,10 +63,10 @@ impl Places {
         Self { direction: lines.direction, of_columns }
     }
 
-    /// Whether one of them passes near a point.
+    /// Whether a line passes near a point.
     fn are_near(&self, point: &CentrelinePoint) -> bool {
         let (along, across) = point.along_across(self.direction);
-        let near = |(place, width): &(f64, f64)| (place - across).abs() < CROSSING_WIDTHS * width;
-        self.of_columns.get(&(along.round() as i64)).is_some_and(|places| places.iter().any(near))
+        let near = |(position, width): &(f64, f64)| (position - across).abs() < CROSSING_WIDTHS * width;
+        self.of_columns.get(&(along.round() as i64)).is_some_and(|positions| positions.iter().any(near))
     }
 }

@@ -1,26 +1,26 @@
-//! Findings about a picture besides its lines, in words.
+//! Findings about an image besides its lines, formatted for the user.
 
 use std::fmt;
 
 use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, find_centrelines, scene_change};
 
-use crate::pictures::search::{Directions, LineSearch, runs_along};
-use crate::pictures::strong_light::{StrongLight, strong_light};
+use crate::images::search::{Directions, LineSearch, runs_along};
+use crate::images::strong_light::{StrongLight, strong_light};
 
-/// Ratio of the points found by another interpretation of a picture to those found as requested, from which the other
-/// is likelier.
+/// Ratio of the points found by another interpretation of an image to those found as requested from which the
+/// other is reported.
 const LIKELIER: usize = 3;
 /// Fewest points that support another interpretation: fewer are noise.
 const SUSPICIOUS_POINTS: usize = 100;
 
-/// A finding about a picture.
+/// A finding about an image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
     /// No line at all.
     NoLine,
-    /// Strong light that yields no point.
+    /// Strong light without points.
     LightWithoutLine(StrongLight),
-    /// Glints were left out.
+    /// Glints were removed.
     Glints {
         /// Their number.
         n: usize,
@@ -39,11 +39,11 @@ pub enum Finding {
     },
     /// The background shows another pose or part.
     BackgroundOfAnotherPose {
-        /// Fraction of the picture that is darker with the laser on than off.
+        /// Fraction of the image that is darker with the laser on than off.
         darker_share: f64,
     },
-    /// The room was darker in the picture with the laser on.
-    DimmerRoom {
+    /// The ambient light was weaker in the image with the laser on.
+    DimmerAmbientLight {
         /// Its brightness relative to the background.
         share: f32,
     },
@@ -59,7 +59,7 @@ impl Finding {
             Self::OtherDirection { .. } => "other_direction",
             Self::SwappedPair { .. } => "swapped_pair",
             Self::BackgroundOfAnotherPose { .. } => "background_of_another_pose",
-            Self::DimmerRoom { .. } => "dimmer_room",
+            Self::DimmerAmbientLight { .. } => "dimmer_room",
         }
     }
 }
@@ -70,7 +70,7 @@ impl fmt::Display for Finding {
             Self::NoLine => f.write_str("shows no laser line"),
             Self::LightWithoutLine(light) => light.fmt(f),
             Self::Glints { n } => {
-                write!(f, "{n} short clipped pieces are brighter than the lines: glints, left out")
+                write!(f, "{n} short clipped pieces are brighter than the lines: glints, removed")
             }
             Self::OtherDirection { direction, n_points: [other, own] } => {
                 let word = match direction {
@@ -89,13 +89,13 @@ impl fmt::Display for Finding {
             Self::BackgroundOfAnotherPose { darker_share } => {
                 SceneChange::PoseChanged { darker_fraction: *darker_share }.fmt(f)
             }
-            Self::DimmerRoom { share } => SceneChange::DimmerAmbient { ratio: *share }.fmt(f),
+            Self::DimmerAmbientLight { share } => SceneChange::DimmerAmbient { ratio: *share }.fmt(f),
         }
     }
 }
 
-/// Findings about `image`, in which `lines` are all lines found. With lines in both directions, light is searched for
-/// along the first.
+/// Findings about `image`, in which `lines` are all lines found. If lines run in both directions, light is
+/// searched for along the first.
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
     let found = strong_light(image, lines, search.directions.each()[0], search.region);
@@ -137,11 +137,11 @@ pub(crate) fn pair_findings(
             return Some(Finding::SwappedPair { n_points: [swapped, found] });
         }
     }
-    room_finding(on, off)
+    scene_change_finding(on, off)
 }
 
-/// Change of the room between two pictures, see [`vision::scene_change`].
-pub fn room_finding(on: &CameraImage, off: &CameraImage) -> Option<Finding> {
+/// Change of the scene between two images, see [`vision::scene_change`].
+pub fn scene_change_finding(on: &CameraImage, off: &CameraImage) -> Option<Finding> {
     scene_change(on, off).map(Finding::from)
 }
 
@@ -151,7 +151,7 @@ impl From<SceneChange> for Finding {
             SceneChange::PoseChanged { darker_fraction: darker_share } => {
                 Self::BackgroundOfAnotherPose { darker_share }
             }
-            SceneChange::DimmerAmbient { ratio: share } => Self::DimmerRoom { share },
+            SceneChange::DimmerAmbient { ratio: share } => Self::DimmerAmbientLight { share },
         }
     }
 }

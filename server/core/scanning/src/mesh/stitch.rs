@@ -72,15 +72,16 @@ fn nearest(points: &[CloudPoint], from: u32, profile: &[u32]) -> Option<f64> {
 pub(super) fn triangles(points: &[CloudPoint], layer: &Layer, limits: &Limits) -> Vec<[u32; 3]> {
     let mut triangles = Vec::new();
     for pair in layer.profiles.windows(2) {
-        zip_pair(points, layer.along, (&pair[0], &pair[1]), limits, &mut triangles);
+        stitch_pair(points, layer.along, (&pair[0], &pair[1]), limits, &mut triangles);
     }
     triangles
 }
 
 /// Walks along two profiles in step: the one whose next point comes first along the line advances.
 ///
-/// Distances must not decide: where one profile jumps (onto a block and off it), the other would never catch up.
-fn zip_pair(
+/// Distances are not used to choose: where one profile jumps (onto a block and off it), the other would never
+/// catch up.
+fn stitch_pair(
     points: &[CloudPoint],
     along: fn(&CloudPoint) -> f32,
     (near, far): (&[u32], &[u32]),

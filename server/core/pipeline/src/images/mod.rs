@@ -1,4 +1,4 @@
-//! From pictures to boards and lines, with findings about them.
+//! From images to boards and lines, with findings about the images.
 
 pub mod background;
 pub mod board;

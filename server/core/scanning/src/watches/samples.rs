@@ -1,4 +1,4 @@
-//! Lines reduced to one position, depth and power in each of some columns, so that the same place can be found in the
+//! Lines reduced to one position, depth and power per bin of columns, so that the same point can be found in the
 //! samples of other orders.
 
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use optics::{Calibration, Motion, Stage};
 use crate::params::watches::{BIN_COLUMNS, MAX_SLOPE};
 use crate::points::profile::ProfilePoint;
 
-/// A line in one bin, at the middle of the bin. Part frame, in the axes of [`Condenser`].
+/// A line in one bin, at the middle of the bin. Part frame, in the axes of [`LineSampler`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Frame index, in the order in which frames were given.
@@ -28,7 +28,7 @@ pub struct Sample {
 
 /// Reduces lines to samples.
 #[derive(Debug, Clone)]
-pub struct Condenser {
+pub struct LineSampler {
     /// Orders evaluated.
     pub orders: Vec<i8>,
     /// Unit vectors of the camera frame: along the travel, across it, and the depth.
@@ -39,10 +39,10 @@ pub struct Condenser {
     pub n_bins: usize,
 }
 
-/// The samples of one frame: per order, in the sequence of [`Condenser::orders`], by bin.
+/// The samples of one frame: per order, in the sequence of [`LineSampler::orders`], by bin.
 pub type FrameSamples = Vec<Vec<(usize, Sample)>>;
 
-impl Condenser {
+impl LineSampler {
     /// `None` for a station without a linear stage, or with one that moves along the view.
     pub fn new(calibration: &Calibration) -> Option<Self> {
         let Some(Stage::Linear(stage)) = calibration.stage else { return None };
@@ -51,7 +51,7 @@ impl Condenser {
         let column_mm = calibration.depth_range_mm.middle_mm() / calibration.camera.fx_px;
         let width_mm = column_mm * calibration.camera.width_px.max(calibration.camera.height_px) as f64;
         let bin_mm = column_mm * BIN_COLUMNS as f64;
-        // The field is wider at the far end of the range than in its middle.
+        // The field of view is wider at the far end of the range than in its middle.
         let n_bins = (2.0 * width_mm / bin_mm).ceil() as usize;
         Some(Self {
             orders: calibration.orders.clone(),
@@ -91,8 +91,8 @@ impl Condenser {
         let mut powers: Vec<Option<f64>> = Vec::with_capacity(2 * BIN_COLUMNS);
         let mut current: Option<usize> = None;
         let mut finish = |bin: usize, points: &[[f64; 5]], powers: &[Option<f64>]| {
-            let condensed = condensed(points, powers, self.bin_mm);
-            samples.extend(condensed.map(|sample| (bin, Sample { frame, position_mm, ..sample })));
+            let sample_of_bin = sample_of_bin(points, powers, self.bin_mm);
+            samples.extend(sample_of_bin.map(|sample| (bin, Sample { frame, position_mm, ..sample })));
         };
         for point in line {
             let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
@@ -107,10 +107,16 @@ impl Condenser {
                 powers.clear();
             }
             let from_middle_mm = in_part.dot(across) - (place - half + 0.5) * self.bin_mm;
-            let seen = &point.seen;
-            points.push([from_middle_mm, in_part.dot(along), in_part.dot(depth), seen.u_px, seen.v_px]);
-            let power = f64::from(seen.intensity) * f64::from(seen.width_px);
-            powers.push((!seen.saturated && power > 0.0).then(|| power.ln()));
+            let centreline = &point.centreline;
+            points.push([
+                from_middle_mm,
+                in_part.dot(along),
+                in_part.dot(depth),
+                centreline.u_px,
+                centreline.v_px,
+            ]);
+            let power = f64::from(centreline.intensity) * f64::from(centreline.width_px);
+            powers.push((!centreline.saturated && power > 0.0).then(|| power.ln()));
         }
         if let Some(last) = current {
             finish(last, &points, &powers);
@@ -119,8 +125,9 @@ impl Condenser {
     }
 }
 
-/// One bin's points as one sample; `None` for a bin that is not filled, or across an edge, which holds two surfaces.
-fn condensed(points: &[[f64; 5]], powers: &[Option<f64>], bin_mm: f64) -> Option<Sample> {
+/// The sample of the points of one bin; `None` for a bin that is not filled, or contains an edge and so two
+/// surfaces.
+fn sample_of_bin(points: &[[f64; 5]], powers: &[Option<f64>], bin_mm: f64) -> Option<Sample> {
     if 4 * points.len() < 3 * BIN_COLUMNS {
         return None;
     }
@@ -164,7 +171,7 @@ pub struct SurfacePlace {
     pub slope: f64,
     /// The last frame used.
     pub last_frame: usize,
-    /// Stated stage position when the place was crossed.
+    /// Stated stage position when the line crossed the point.
     pub position_mm: f64,
     /// Pixel that observed it.
     pub pixel: [f64; 2],

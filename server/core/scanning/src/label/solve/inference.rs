@@ -1,13 +1,13 @@
-//! From evidence to labels: mean-field marginals, hard assignment, improvement one by one, then tests against other
-//! labellings.
+//! From evidence to labels: mean field, ICM (iterated conditional modes), then tests against other labellings
+//! (`docs/maths/labelling.md`, "Inference").
 
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{
-    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, MAX_SWEEPS, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
-    RELAX_SHARPNESS, UNLABELLED_FROM,
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, MAX_SWEEPS, MEAN_FIELD_ITERATIONS, MEAN_FIELD_SHARPNESS,
+    OVERRULED_MARGIN, PIECES_PER_TASK, UNLABELLED_FROM,
 };
 use crate::threads::for_each_chunk;
 
@@ -16,26 +16,26 @@ use crate::threads::for_each_chunk;
 pub enum LabelOutcome {
     /// Index into the calibration's orders.
     Order(usize),
-    /// Another label is about as good.
+    /// Another label has about the same score.
     Doubtful,
     /// Every order is contradicted: a reflection, a ghost, a point outside the depth range.
     Contradicted,
 }
 
-/// The best label of every piece, and whether it is accepted. `confirmation`: score per sample that a label must have
-/// from other pieces; where a second look was possible, the absence of contradictions is not enough. `challenged`:
-/// which pieces are doubtful under given labels when challenged strip by strip.
+/// The best label of every piece, and whether it is accepted. `confirmation`: score per sample that a label needs
+/// from other pieces; where a repeated observation was possible, the absence of contradictions is not enough.
+/// `doubtful_by_strip`: which pieces belong to doubtful strips under given labels.
 pub fn label_outcomes(
     evidence: &Evidence,
     confirmation: Option<f64>,
-    challenged: impl Fn(&[usize]) -> Vec<bool>,
+    doubtful_by_strip: impl Fn(&[usize]) -> Vec<bool>,
 ) -> (Vec<usize>, Vec<LabelOutcome>) {
     let (mut labels, doubtful_groups) = best_labels(evidence);
     if confirmation.is_some() {
-        // In a single frame this adds nothing to what its groups did.
+        // In a single frame this adds nothing to the shifts of groups.
         shift_together(evidence, &mut labels);
     }
-    let challenged = challenged(&labels);
+    let doubtful_by_strip = doubtful_by_strip(&labels);
     let mut scores = Vec::new();
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
@@ -44,16 +44,16 @@ pub fn label_outcomes(
             }
             evidence.scores_given(piece, &labels, &mut scores);
             let unconfirmed = confirmation.is_some_and(|least| scores[labels[piece]] < least);
-            let beside: Vec<f64> =
+            let without_bonds: Vec<f64> =
                 (0..evidence.none()).map(|label| evidence.score_without_bonds(piece, label, &labels)).collect();
             let label = labels[piece];
             doubtful_groups[piece]
-                || challenged[piece]
+                || doubtful_by_strip[piece]
                 || unconfirmed
                 || margin(&scores[..evidence.none()], label) < LABEL_MARGIN
-                || margin(&beside, label) < -OVERRULED_MARGIN
+                || margin(&without_bonds, label) < -OVERRULED_MARGIN
                 || confirmation.is_some()
-                    && margin(&beside, label) < OVERRULED_MARGIN
+                    && margin(&without_bonds, label) < OVERRULED_MARGIN
                     && scores[label] < CONTINUITY_ALONE
         })
         .collect();
@@ -68,40 +68,42 @@ pub fn label_outcomes(
 
 /// The best label of every piece, and whether it belongs to a group for which other labels are about as good.
 pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
-    let mut labels = hardened(evidence);
-    let doubtful = challenge_groups(evidence, &mut labels);
+    let mut labels = most_probable_labels(evidence);
+    let doubtful = shift_groups(evidence, &mut labels);
     (labels, doubtful)
 }
 
-/// The better of [`best_labels`] and the improved `start`, with the overlooked surfaces. Relaxation finds joint changes
-/// of many parts, but leaves islands on slopes, where shifted surfaces agree.
-pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
-    improve(evidence, &mut start, &everything(evidence));
-    let (fresh, _) = best_labels(evidence);
-    let better = if total_score(evidence, &fresh) > total_score(evidence, &start) { fresh } else { start };
+/// The better of [`best_labels`] and the improved `start`, with the missed surfaces. Mean field finds joint
+/// changes of many pieces, but leaves wrong regions on slopes, where shifted surfaces agree.
+pub fn best_labels_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
+    iterate_conditional_modes(evidence, &mut start, &all_pieces(evidence));
+    let (updated, _) = best_labels(evidence);
+    let better = if total_score(evidence, &updated) > total_score(evidence, &start) { updated } else { start };
     with_overlooked_surfaces(evidence, better)
 }
 
-/// Mean-field marginals, sharpened slowly: every label's score is averaged over the marginals of the others.
+/// Mean-field marginals with slowly increasing sharpness (inverse temperature): every label's score is averaged
+/// over the marginals of the other pieces.
 ///
 /// While the others' labels are undecided, every order appears to be on the wrong side of some line, and "none" does
 /// not: it takes part once the orders have converged.
-fn relaxed(evidence: &Evidence) -> Vec<f64> {
+fn mean_field_marginals(evidence: &Evidence) -> Vec<f64> {
     let n = evidence.n_labels;
     let mut marginals = vec![1.0 / n as f64; evidence.n_pieces() * n];
-    let mut fresh = marginals.clone();
-    for round in 0..RELAX_ROUNDS {
-        let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
-        let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
-        for_each_chunk(&mut fresh, n, PIECES_PER_TASK, |piece, fresh| {
-            evidence.scores(piece, &marginals, fresh);
+    let mut updated = marginals.clone();
+    for round in 0..MEAN_FIELD_ITERATIONS {
+        let progress = round as f64 / (MEAN_FIELD_ITERATIONS - 1) as f64;
+        let sharpness =
+            MEAN_FIELD_SHARPNESS[0] * (MEAN_FIELD_SHARPNESS[1] / MEAN_FIELD_SHARPNESS[0]).powf(progress);
+        for_each_chunk(&mut updated, n, PIECES_PER_TASK, |piece, updated| {
+            evidence.scores(piece, &marginals, updated);
             if progress < UNLABELLED_FROM {
-                fresh[evidence.none()] = f64::NEG_INFINITY;
+                updated[evidence.none()] = f64::NEG_INFINITY;
             }
-            softmax(fresh, sharpness);
+            softmax(updated, sharpness);
         });
-        for (marginal, fresh) in marginals.iter_mut().zip(&fresh) {
-            *marginal = 0.5 * (*marginal + fresh);
+        for (marginal, updated) in marginals.iter_mut().zip(&updated) {
+            *marginal = 0.5 * (*marginal + updated);
         }
     }
     marginals
@@ -114,21 +116,21 @@ fn softmax(scores: &mut [f64], sharpness: f64) {
     scores.iter_mut().for_each(|weight| *weight /= sum);
 }
 
-/// Most probable labels, improved one by one until convergence.
-fn hardened(evidence: &Evidence) -> Vec<usize> {
-    let (n, marginals) = (evidence.n_labels, relaxed(evidence));
+/// Labels of the largest marginals, improved by ICM.
+fn most_probable_labels(evidence: &Evidence) -> Vec<usize> {
+    let (n, marginals) = (evidence.n_labels, mean_field_marginals(evidence));
     let mut labels: Vec<usize> = marginals.chunks_exact(n).map(largest).collect();
-    improve(evidence, &mut labels, &everything(evidence));
+    iterate_conditional_modes(evidence, &mut labels, &all_pieces(evidence));
     labels
 }
 
 /// All pieces.
-pub fn everything(evidence: &Evidence) -> Vec<usize> {
+pub fn all_pieces(evidence: &Evidence) -> Vec<usize> {
     (0..evidence.n_pieces()).collect()
 }
 
-/// Assigns each of `chosen` its best label until convergence.
-pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
+/// ICM (iterated conditional modes): assigns each of `chosen` its best label given the others, until convergence.
+pub fn iterate_conditional_modes(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
     let mut scores = Vec::new();
     for _ in 0..MAX_SWEEPS {
         let mut changed = false;
@@ -155,7 +157,7 @@ fn largest(values: &[f64]) -> usize {
     best
 }
 
-/// By how much a label beats the next best, per sample.
+/// Score of a label minus that of the best other label, per sample.
 fn margin(scores: &[f64], label: usize) -> f64 {
     let rivals = scores.iter().enumerate().filter(|(rival, _)| *rival != label);
     scores[label] - rivals.map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max)
@@ -165,12 +167,12 @@ fn margin(scores: &[f64], label: usize) -> f64 {
 /// as good makes the group doubtful. Returns which pieces are doubtful.
 ///
 /// Pieces of one group support each other, so that a common error is not visible in any single piece.
-fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
+fn shift_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     let mut doubtful = vec![false; labels.len()];
     for group in groups(evidence, labels) {
         let kept: Vec<usize> = labels.to_vec();
         let n_orders = evidence.none() as isize;
-        let mut best = (group_support(evidence, &kept, &group), kept.clone());
+        let mut best = (group_score(evidence, &kept, &group), kept.clone());
         let mut runner_up = f64::NEG_INFINITY;
         for shift in (1 - n_orders..n_orders).filter(|shift| *shift != 0) {
             let mut rival = kept.clone();
@@ -178,11 +180,11 @@ fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
                 let label = kept[piece] as isize + shift;
                 rival[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
             }
-            improve(evidence, &mut rival, &group);
+            iterate_conditional_modes(evidence, &mut rival, &group);
             if rival == kept || mostly_same(&rival, &kept, &group) {
                 continue;
             }
-            let score = group_support(evidence, &rival, &group);
+            let score = group_score(evidence, &rival, &group);
             if score > best.0 {
                 runner_up = best.0;
                 best = (score, rival);
@@ -199,7 +201,7 @@ fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     doubtful
 }
 
-/// Whether the shifted group fell back to its labels.
+/// Whether most of the shifted group returned to its labels.
 fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
     let same = group.iter().filter(|&&piece| rival[piece] == kept[piece]).count();
     2 * same > group.len()
@@ -207,10 +209,11 @@ fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
 
 /// The total score of a labelling.
 pub fn total_score(evidence: &Evidence, labels: &[usize]) -> f64 {
-    group_support(evidence, labels, &everything(evidence))
+    group_score(evidence, labels, &all_pieces(evidence))
 }
 
-fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
+/// Total score of the labels of a group.
+fn group_score(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
     group.iter().map(|&piece| evidence.score(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
 }
 

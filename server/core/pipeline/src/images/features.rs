@@ -1,0 +1,269 @@
+//! Extraction of corners and centrelines from the images of a capture, on all cores, with progress.
+
+use std::path::Path;
+
+use calibration::{CalibrationInput, NominalGrating, NominalProjector, PoseInput, StageViewInput};
+use capture::{Capture, LaserImage, NominalPosition, Projector};
+use optics::StagePosition;
+use rayon::prelude::*;
+use vision::{BoardCorners, CentrelineExtractor, Centrelines, GreyImage};
+
+use crate::failure::Failure;
+use crate::images::board::{board_geometry, board_remedy, find_board};
+use crate::images::findings::{Finding, scene_change_finding};
+use crate::images::projected::{lines_in, without_lines};
+use crate::progress::{Reporter, Task};
+
+/// The features for a calibration, and the images left out.
+#[derive(Debug)]
+pub struct Features {
+    /// The input of the calibration.
+    pub input: CalibrationInput,
+    /// Images without a readable board or laser line, each with the reason.
+    pub left_out: Vec<String>,
+}
+
+/// An image of the capture.
+struct NamedImage<'a> {
+    entry: String,
+    path: &'a Path,
+}
+
+/// The result for an image, or why it cannot be used.
+type Extracted<T> = Result<T, Failure>;
+
+/// Reads every board image and laser image of the calibration part of `capture`.
+///
+/// An image without a whole board, or without a laser line, is left out and reported, provided that at least
+/// `MIN_READABLE_SHARE` of its kind can be read; otherwise the cause probably affects all images, and the
+/// calibration is refused. With `leave_out_unreadable` it continues with any number of images. A damaged file is
+/// always an error.
+pub fn calibration_features(
+    capture: &Capture,
+    leave_out_unreadable: bool,
+    reporter: &dyn Reporter,
+) -> Result<Features, Failure> {
+    let boards = board_images(capture);
+    let lasers = laser_images_of(capture, "poses[");
+    let task = reporter.count("reading boards and laser lines", "images", boards.len() + lasers.len());
+    let (boards, lasers) = rayon::join(
+        || for_all_images(&boards, reporter, &*task, |image| corners_of(capture, image)),
+        || for_all_images(&lasers, reporter, &*task, |image| lines_of_image(capture, image)),
+    );
+    drop(task);
+    reporter.check_cancelled()?;
+    let mut left_out = Vec::new();
+    let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
+    let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
+    let manifest = &capture.manifest;
+    let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
+    let mut poses = Vec::new();
+    for pose in &manifest.poses {
+        let corners = boards.next().flatten();
+        let n_images = usize::from(pose.laser.is_some()) + pose.lasers.len();
+        let lines: Vec<Centrelines> = lasers.by_ref().take(n_images).flatten().flatten().collect();
+        let (single_line_images, together): (Vec<Centrelines>, Vec<Centrelines>) =
+            lines.into_iter().partition(|lines| lines.lit_line.is_some());
+        let centrelines = together.into_iter().next();
+        if let Some(corners) = corners {
+            poses.push(PoseInput {
+                name: pose.board.display().to_string(),
+                corners,
+                centrelines,
+                single_line_images,
+            });
+        }
+    }
+    let mut stage_views = Vec::new();
+    for view in &manifest.stage_views {
+        if let Some(corners) = boards.next().flatten() {
+            let name = view.board.display().to_string();
+            stage_views.push(StageViewInput { name, corners, position: stage_position(view.position()) });
+        }
+    }
+    Ok(Features { input: input(capture, poses, stage_views), left_out })
+}
+
+/// Passes the centrelines of every frame of a scan to `take` with the index of its image, in the order of the
+/// frames; few frames are in memory at a time. An image of a cross gives two frames, one for each line.
+pub fn scan_centrelines(
+    capture: &Capture,
+    name: &str,
+    reporter: &dyn Reporter,
+    mut take: impl FnMut(usize, Centrelines) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let scan = capture.scan(name)?;
+    let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
+    let images = laser_images_of(capture, &format!("scans[{scan_idx}]."));
+    let task = reporter.count(&format!("reading scan {name}"), "frames", images.len());
+    let images: Vec<(usize, LaserImage)> = images.into_iter().enumerate().collect();
+    for batch in images.chunks(IMAGES_PER_BATCH) {
+        let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = batch
+            .par_iter()
+            .map_init(CentrelineExtractor::default, |extractor, (idx, laser)| {
+                reporter.check_cancelled()?;
+                let projector = &capture.manifest.projector;
+                let lines = match laser_light(capture, laser)? {
+                    LaserLight::Image(image) => lines_in(&image, projector, laser.line, extractor),
+                    // Edges in the difference would be detected as lines: the frame has no lines, and a warning is
+                    // given.
+                    LaserLight::Unknown(finding) => {
+                        reporter.warn(&format!("{} ({}): {finding}; left out", laser.path.display(), laser.entry));
+                        without_lines(projector, laser.line)
+                    }
+                };
+                task.step();
+                Ok((*idx, lines))
+            })
+            .collect();
+        let frames = found?.into_iter().flat_map(|(idx, lines)| lines.into_iter().map(move |lines| (idx, lines)));
+        frames.into_iter().try_for_each(|(idx, lines)| take(idx, lines))?;
+    }
+    Ok(())
+}
+
+/// Images of a scan read at a time: enough for many cores.
+const IMAGES_PER_BATCH: usize = 64;
+
+/// Applies `find` to every image on all cores; results in the order of the images.
+fn for_all_images<P: Sync, T: Send>(
+    images: &[P],
+    reporter: &dyn Reporter,
+    task: &dyn Task,
+    find: impl Fn(&P) -> Extracted<T> + Sync,
+) -> Vec<Extracted<T>> {
+    images
+        .par_iter()
+        .map(|image| {
+            reporter.check_cancelled()?;
+            let found = find(image);
+            task.step();
+            found
+        })
+        .collect()
+}
+
+/// The features of the images of one kind; `None` for an image left out, which is added to `left_out` with the
+/// reason.
+fn readable<T>(
+    found: Vec<Extracted<T>>,
+    leave_out_unreadable: bool,
+    left_out: &mut Vec<String>,
+) -> Result<Vec<Option<T>>, Failure> {
+    let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
+    let n_readable = found.iter().filter(|found| found.is_ok()).count();
+    let may_leave_out = leave_out_unreadable || n_readable >= n_needed;
+    let keep = |found: Extracted<T>| match found {
+        Ok(found) => Ok(Some(found)),
+        Err(failure) if may_leave_out && failure.is_about_content() => {
+            left_out.push(failure.what().to_owned());
+            Ok(None)
+        }
+        Err(failure) => Err(failure),
+    };
+    found.into_iter().map(keep).collect()
+}
+
+/// Fraction of the board images, and of the laser images, that must be readable: single images may be bad, but if
+/// most are, the content is missing or described wrongly.
+const MIN_READABLE_SHARE: f64 = 0.5;
+
+fn board_images(capture: &Capture) -> Vec<NamedImage<'_>> {
+    let poses = capture.manifest.poses.iter().enumerate();
+    let views = capture.manifest.stage_views.iter().enumerate();
+    poses
+        .map(|(idx, pose)| NamedImage { entry: format!("poses[{idx}].board"), path: &pose.board })
+        .chain(
+            views.map(|(idx, view)| NamedImage { entry: format!("stage_views[{idx}].board"), path: &view.board }),
+        )
+        .collect()
+}
+
+/// The images with the laser on whose entries have this prefix.
+fn laser_images_of(capture: &Capture, prefix: &str) -> Vec<LaserImage> {
+    capture.laser_images().into_iter().filter(|image| image.entry.starts_with(prefix)).collect()
+}
+
+/// The light added by the laser in an image.
+enum LaserLight {
+    /// The laser's channel, minus the background.
+    Image(GreyImage),
+    /// Not measurable: the background shows another scene, or other ambient light.
+    Unknown(Finding),
+}
+
+fn laser_light(capture: &Capture, laser: &LaserImage) -> Result<LaserLight, Failure> {
+    let Some((entry, path)) = &laser.background else {
+        return Ok(LaserLight::Image(capture.image(&laser.entry, &laser.path)?));
+    };
+    let on = capture.photograph(&laser.entry, &laser.path)?.image;
+    let off = capture.photograph(entry, path)?.image;
+    if let Some(finding) = scene_change_finding(&on, &off) {
+        return Ok(LaserLight::Unknown(finding));
+    }
+    Ok(LaserLight::Image(capture.laser_light(&on, &off)))
+}
+
+fn corners_of(capture: &Capture, named: &NamedImage) -> Extracted<BoardCorners> {
+    let image = capture.image(&named.entry, named.path)?;
+    let target = &capture.manifest.target;
+    find_board(&image, target)
+        .map_err(|error| unreadable(capture, named, &error.to_string(), &board_remedy(&error, target)))
+}
+
+fn lines_of_image(capture: &Capture, laser: &LaserImage) -> Extracted<Vec<Centrelines>> {
+    let named = &NamedImage { entry: laser.entry.clone(), path: &laser.path };
+    let image = match laser_light(capture, laser)? {
+        LaserLight::Image(image) => image,
+        LaserLight::Unknown(finding) => {
+            let remedy = "use the image of the same pose with the laser off as its \"background\", or none";
+            return Err(unreadable(capture, named, &finding.to_string(), remedy));
+        }
+    };
+    let lines = lines_in(&image, &capture.manifest.projector, laser.line, &mut CentrelineExtractor::default());
+    // A line that is lit alone need not meet every board.
+    if lines.iter().all(|lines| lines.segments.is_empty()) && laser.line.is_none() {
+        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
+                      the pose is then used for the camera only";
+        return Err(unreadable(capture, named, "no laser line was found", remedy));
+    }
+    Ok(lines)
+}
+
+fn unreadable(capture: &Capture, named: &NamedImage, why: &str, remedy: &str) -> Failure {
+    Failure::bad_input(format!("{} ({}): {why}", named.path.display(), named.entry))
+        .in_file(&capture.manifest_path())
+        .at_entry(&named.entry)
+        .remedy(format!("{remedy}; --leave-out-unreadable calibrates from the others, however few"))
+        .about_content()
+}
+
+fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInput>) -> CalibrationInput {
+    let manifest = &capture.manifest;
+    CalibrationInput {
+        width_px: manifest.camera.width_px,
+        height_px: manifest.camera.height_px,
+        board: board_geometry(&manifest.target),
+        projector: NominalProjector {
+            grating: match &manifest.projector {
+                Projector::Grating(grating) => Some(NominalGrating {
+                    wavelength_nm: grating.wavelength_nm,
+                    lines_per_mm: grating.grating_lines_per_mm,
+                }),
+                Projector::Planes(_) | Projector::Cross(_) => None,
+            },
+            orders: manifest.projector.orders(),
+        },
+        poses,
+        stage_views,
+        angle_sigma_deg: manifest.stage.angle_sigma_deg,
+    }
+}
+
+/// The stage position stated by the manifest.
+pub fn stage_position(position: NominalPosition) -> StagePosition {
+    match position {
+        NominalPosition::PositionMm(position_mm) => StagePosition::LinearMm(position_mm),
+        NominalPosition::AngleDeg(angle_deg) => StagePosition::RotaryDeg(angle_deg),
+    }
+}
