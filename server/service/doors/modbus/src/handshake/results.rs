@@ -77,7 +77,7 @@ impl Results {
     pub fn acknowledge(&mut self, result_seq: u32, from: IpAddr, now: Instant) {
         if let Some(shown) = &mut self.shown
             && shown.low.is_none()
-            && result_seq != 99999
+            && u32::from(shown.block.seq) == result_seq
         {
             shown.low = Some(Low { since: now, acknowledged: true, by: Some(from), seen: false });
         }
