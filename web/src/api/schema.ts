@@ -824,6 +824,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/inspections/{id}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance. */
+        get: operations["get_inspection_report"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/jobs": {
         parameters: {
             query?: never;
@@ -979,6 +996,63 @@ export interface paths {
         put?: never;
         /** Archives a recipe: it can no longer be used for inspections, and its number becomes free. Its versions are kept. */
         post: operations["archive_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/characteristics/{characteristic}/control-chart": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Returns the control chart of a characteristic (individual values and moving range), violations of Nelson's rules, and the
+         *     capability of the process.
+         */
+        get: operations["get_control_chart"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/characteristics/{characteristic}/gauge-rr": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Returns a gauge R&R study (analysis of variance) from repeated inspections of several parts: trials are inspections with the same
+         *     serial number, operators the attribute `operator` of the inspections.
+         */
+        get: operations["get_gauge_rr"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/characteristics/{characteristic}/type-1-study": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns a type-1 study of the station from repeated inspections of one part (`serial`) with a known value (`reference`). */
+        get: operations["get_type_1_study"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2386,6 +2460,11 @@ export interface components {
             /** @description Trigger mode. */
             trigger: components["schemas"]["TriggerDto"];
         };
+        /**
+         * @description Verdict on a process or a measuring system.
+         * @enum {string}
+         */
+        CapabilityVerdictDto: "capable" | "not_capable" | "undecided";
         /** @description A capture that was uploaded or recorded. */
         CaptureCreated: {
             /** @description Its name. */
@@ -2551,9 +2630,7 @@ export interface components {
         /** @description A measured characteristic. */
         CharacteristicMessage: {
             /** @description Attributes of the characteristic, as in the plan. */
-            attributes?: {
-                [key: string]: string;
-            };
+            attributes?: Record<string, never>;
             /**
              * Format: double
              * @description Its coverage factor.
@@ -2695,6 +2772,46 @@ export interface components {
          * @enum {string}
          */
         CloudFormatDto: "ply" | "csv" | "pcd" | "e57";
+        /** @description A control chart of individual values and moving ranges. */
+        ControlChartDto: {
+            capability?: components["schemas"]["ProcessCapabilityDto"] | null;
+            /** @description Why it cannot be stated. */
+            capability_reason?: string | null;
+            /** @description Limits of the values. */
+            individuals: components["schemas"]["ControlLimitsDto"];
+            /**
+             * Format: double
+             * @description Lower specification limit.
+             */
+            lower_limit?: number | null;
+            /** @description Limits of the moving ranges. */
+            moving_range: components["schemas"]["ControlLimitsDto"];
+            /** @description Number of values that were not measured or are invalid. */
+            n_missing: number;
+            /**
+             * Format: double
+             * @description Nominal value.
+             */
+            nominal?: number | null;
+            /** @description Whether there are fewer than 25 values: the control limits are preliminary. */
+            preliminary: boolean;
+            /** @description The values, oldest first. */
+            readings: components["schemas"]["ReadingDto"][];
+            /**
+             * Format: double
+             * @description σ within, from the moving ranges.
+             */
+            sigma_within: number;
+            /** @description Unit of all values. */
+            unit: string;
+            /**
+             * Format: double
+             * @description Upper specification limit.
+             */
+            upper_limit?: number | null;
+            /** @description Violations of Nelson's rules. */
+            violations: components["schemas"]["ViolationDto"][];
+        };
         /** @description Who is in control. */
         ControlDto: {
             /**
@@ -2716,6 +2833,24 @@ export interface components {
             holder: string;
             /** @description Send it in the header `Sheaf-Control` with every command. */
             id: string;
+        };
+        /** @description Limits of a control chart. */
+        ControlLimitsDto: {
+            /**
+             * Format: double
+             * @description Centre line.
+             */
+            centre: number;
+            /**
+             * Format: double
+             * @description Lower control limit.
+             */
+            lower: number;
+            /**
+             * Format: double
+             * @description Upper control limit.
+             */
+            upper: number;
         };
         /** @description A takeover of control. */
         ControlTakenOver: components["schemas"]["Initiator"] & {
@@ -3434,6 +3569,32 @@ export interface components {
                 [key: string]: number;
             };
         };
+        /** @description A gauge R&R study by analysis of variance. */
+        GaugeRrDto: {
+            /** @description Repeatability and reproducibility together. */
+            gauge_rr: components["schemas"]["VariationDto"];
+            interaction?: components["schemas"]["VariationDto"] | null;
+            /** @description Number of operators. */
+            n_operators: number;
+            /** @description Number of parts. */
+            n_parts: number;
+            /** @description Number of trials. */
+            n_trials: number;
+            /**
+             * Format: int64
+             * @description Number of distinct categories; absent without measurement variation.
+             */
+            ndc?: number | null;
+            /** @description Variation of the parts. */
+            part_variation: components["schemas"]["VariationDto"];
+            /** @description Equipment variation. */
+            repeatability: components["schemas"]["VariationDto"];
+            reproducibility?: components["schemas"]["VariationDto"] | null;
+            /** @description Total variation. */
+            total_variation: components["schemas"]["VariationDto"];
+            /** @description Unit of all values. */
+            unit: string;
+        };
         /** @description The geometry of a feature, mm. */
         GeometryDto: {
             /** @enum {string} */
@@ -3557,6 +3718,26 @@ export interface components {
              * @description Time of capture, ms since 1970 (UTC).
              */
             taken_at_ms: number;
+        };
+        /** @description Capability indices from one estimate of σ. */
+        IndicesDto: {
+            /** @description 95 % confidence interval of `nearest_index`. */
+            interval: number[];
+            /**
+             * Format: double
+             * @description Cpk or Ppk.
+             */
+            nearest_index: number;
+            /**
+             * Format: double
+             * @description Expected nonconforming parts per million, if values are normal.
+             */
+            nonconforming_ppm: number;
+            /**
+             * Format: double
+             * @description Cp or Pp; absent with a single limit.
+             */
+            tolerance_index?: number | null;
         };
         /** @description Who initiated an action, and from where. */
         Initiator: {
@@ -5472,6 +5653,30 @@ export interface components {
             /** @description `urn:sheaf:problem:…`, stable. */
             type: string;
         };
+        /** @description Capability of a process. */
+        ProcessCapabilityDto: {
+            /**
+             * Format: double
+             * @description Mean.
+             */
+            mean: number;
+            /**
+             * Format: double
+             * @description p-value of the Anderson-Darling test of normality; absent for fewer than eight values.
+             */
+            normality_p_value?: number | null;
+            /** @description Pp and Ppk, from the overall standard deviation. */
+            performance: components["schemas"]["IndicesDto"];
+            /** @description Cp and Cpk, from σ within. */
+            potential: components["schemas"]["IndicesDto"];
+            /**
+             * Format: double
+             * @description Overall standard deviation.
+             */
+            sigma_overall: number;
+            /** @description Whether Cpk is at least 1.33, from at least 25 values. */
+            verdict: components["schemas"]["CapabilityVerdictDto"];
+        };
         /** @description The profile of one frame in the camera frame, as parallel arrays. */
         ProfileDto: {
             /**
@@ -5593,6 +5798,30 @@ export interface components {
              * @description Its version.
              */
             recipe_version: number;
+        };
+        /** @description A value of a series. */
+        ReadingDto: {
+            /**
+             * Format: int64
+             * @description Time, ms since 1970 (UTC).
+             */
+            at_ms: number;
+            /** @description Its id. */
+            inspection_id: string;
+            /** @description The attribute `operator` of the inspection. */
+            operator?: string | null;
+            /**
+             * Format: int64
+             * @description Number of the inspection.
+             */
+            seq: number;
+            /** @description Serial number of the part. */
+            serial: string;
+            /**
+             * Format: double
+             * @description The value; absent if it was not measured or is invalid.
+             */
+            value?: number | null;
         };
         /** @description Jobs can run. */
         ReadyDto: {
@@ -7394,6 +7623,75 @@ export interface components {
          * @enum {string}
          */
         TriggerDto: "free" | "software" | "hardware";
+        /** @description A type-1 study: repeated measurements of one part with a known value. */
+        Type1StudyDto: {
+            /**
+             * Format: double
+             * @description Mean minus the value from the certificate.
+             */
+            bias: number;
+            /**
+             * Format: double
+             * @description p-value of the bias (Student's t); absent without scatter.
+             */
+            bias_p_value?: number | null;
+            /**
+             * Format: double
+             * @description Capability index of the scatter; absent without scatter.
+             */
+            cg?: number | null;
+            /**
+             * Format: double
+             * @description Capability index of scatter and bias; absent without scatter.
+             */
+            cgk?: number | null;
+            /**
+             * Format: double
+             * @description Mean.
+             */
+            mean: number;
+            /** @description Number of values. */
+            n: number;
+            /** @description Number of values that were not measured or are invalid. */
+            n_missing: number;
+            /**
+             * Format: double
+             * @description Standard deviations that count as scatter.
+             */
+            n_sigmas: number;
+            /**
+             * Format: double
+             * @description Standard deviation.
+             */
+            std_dev: number;
+            /**
+             * Format: double
+             * @description Share of the tolerance that the scatter may fill.
+             */
+            tolerance_share: number;
+            /** @description Unit of all values. */
+            unit: string;
+            /** @description Capable if there are at least 50 values, and Cg and Cgk are at least 1.33. */
+            verdict: components["schemas"]["CapabilityVerdictDto"];
+        };
+        /** @description A component of variation. */
+        VariationDto: {
+            /**
+             * Format: double
+             * @description Six standard deviations as a share of the tolerance, per cent; absent without two limits.
+             */
+            percent_of_tolerance?: number | null;
+            /**
+             * Format: double
+             * @description Share of the total variation, per cent.
+             */
+            percent_of_total: number;
+            /**
+             * Format: double
+             * @description Standard deviation.
+             */
+            std_dev: number;
+        };
         /** @description A verdict that differs from that of an earlier inspection. */
         VerdictChangeDto: {
             after?: components["schemas"]["VerdictDto"] | null;
@@ -7434,6 +7732,18 @@ export interface components {
              * @description RMS reprojection error of its corners.
              */
             rms_px: number;
+        };
+        /** @description A violation of a run rule. */
+        ViolationDto: {
+            /** @description First point of the pattern, as an index into `readings`. */
+            first_idx: number;
+            /** @description Last point of the pattern. */
+            last_idx: number;
+            /**
+             * Format: int32
+             * @description Number of the rule (Nelson 1 to 8).
+             */
+            rule: number;
         };
         /** @description Where the virtual operator of the simulated station holds the board. */
         VirtualBoardDto: {
@@ -9535,6 +9845,37 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
+    get_inspection_report: {
+        parameters: {
+            query?: {
+                /** @description Form of the report; default `html`. */
+                format?: "html" | "pdf";
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                    "application/pdf": number[];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
     list_jobs: {
         parameters: {
             query?: {
@@ -9916,6 +10257,141 @@ export interface operations {
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
             507: components["responses"]["Problem"];
+        };
+    };
+    get_control_chart: {
+        parameters: {
+            query?: {
+                /** @description Only by this version of the recipe. */
+                version?: number;
+                /** @description Only of the part with this serial number. */
+                serial?: string;
+                /** @description Only for this order. */
+                order?: string;
+                /** @description Only inspections at or after this, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only inspections before this, ms since 1970 (UTC). */
+                to_ms?: number;
+                /** @description At most so many, the newest; 1 to 5000, default 125. */
+                limit?: number;
+                /** @description Type-1 study: value of the part from its certificate, in the unit of the characteristic. */
+                reference?: number;
+                /** @description Type-1 study: standard deviations that count as scatter; default 6. */
+                n_sigmas?: "6" | "4";
+            };
+            header?: never;
+            path: {
+                id: string;
+                characteristic: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlChartDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    get_gauge_rr: {
+        parameters: {
+            query?: {
+                /** @description Only by this version of the recipe. */
+                version?: number;
+                /** @description Only of the part with this serial number. */
+                serial?: string;
+                /** @description Only for this order. */
+                order?: string;
+                /** @description Only inspections at or after this, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only inspections before this, ms since 1970 (UTC). */
+                to_ms?: number;
+                /** @description At most so many, the newest; 1 to 5000, default 125. */
+                limit?: number;
+                /** @description Type-1 study: value of the part from its certificate, in the unit of the characteristic. */
+                reference?: number;
+                /** @description Type-1 study: standard deviations that count as scatter; default 6. */
+                n_sigmas?: "6" | "4";
+            };
+            header?: never;
+            path: {
+                id: string;
+                characteristic: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GaugeRrDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    get_type_1_study: {
+        parameters: {
+            query?: {
+                /** @description Only by this version of the recipe. */
+                version?: number;
+                /** @description Only of the part with this serial number. */
+                serial?: string;
+                /** @description Only for this order. */
+                order?: string;
+                /** @description Only inspections at or after this, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only inspections before this, ms since 1970 (UTC). */
+                to_ms?: number;
+                /** @description At most so many, the newest; 1 to 5000, default 125. */
+                limit?: number;
+                /** @description Type-1 study: value of the part from its certificate, in the unit of the characteristic. */
+                reference?: number;
+                /** @description Type-1 study: standard deviations that count as scatter; default 6. */
+                n_sigmas?: "6" | "4";
+            };
+            header?: never;
+            path: {
+                id: string;
+                characteristic: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Type1StudyDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
         };
     };
     diff_recipe: {

@@ -24,8 +24,8 @@ pub use access::{idempotency, lease, principal};
 pub use config::limits;
 pub use lifetime::housekeeping;
 pub use resources::{
-    calibrations, captures, inspections, labels, measurements, points_page, recipes, scan_run, stored_scan,
-    watches,
+    calibrations, captures, inspections, labels, measurements, points_page, recipes, scan_run, statistics,
+    stored_scan, watches,
 };
 
 use std::sync::Arc;

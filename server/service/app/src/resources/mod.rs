@@ -8,5 +8,6 @@ pub mod measurements;
 pub mod points_page;
 pub mod recipes;
 pub mod scan_run;
+pub mod statistics;
 pub mod stored_scan;
 pub mod watches;

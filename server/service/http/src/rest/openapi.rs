@@ -40,6 +40,7 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         (name = "measurements", description = "Measured values with uncertainty and verdict"),
         (name = "recipes", description = "Versioned recipes: scan settings, measurements and limits of a part"),
         (name = "inspections", description = "Inspections of parts with a recipe"),
+        (name = "statistics", description = "Control charts, and capability of processes and of the station"),
         (name = "doors", description = "Interfaces that deliver events to other systems"),
         (name = "jobs", description = "Long operations: queue, progress, results"),
         (name = "events", description = "The event log and the event stream")

@@ -11,6 +11,7 @@ pub mod paging;
 pub mod recipe;
 pub mod scan;
 pub mod service;
+pub mod statistics;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;

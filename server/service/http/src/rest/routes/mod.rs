@@ -5,12 +5,11 @@ pub mod captures;
 pub mod doors;
 pub mod events;
 pub mod hardware;
-pub mod inspections;
+pub mod inspection;
 pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
-pub mod recipes;
 pub mod recordings;
 pub mod scans;
 pub mod service;
@@ -35,8 +34,9 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(profiles::routes())
         .merge(measurements::routes())
         .merge(measurement_plan::routes())
-        .merge(recipes::routes())
-        .merge(inspections::routes())
+        .merge(inspection::recipes::routes())
+        .merge(inspection::inspections::routes())
+        .merge(inspection::statistics::routes())
         .merge(doors::routes())
         .merge(jobs::routes())
         .merge(events::routes())

@@ -1,0 +1,5 @@
+//! Recipes, inspections, and statistics over them.
+
+pub mod inspections;
+pub mod recipes;
+pub mod statistics;
