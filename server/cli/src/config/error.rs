@@ -68,6 +68,18 @@ pub enum ConfigError {
         /// Why, with what is possible.
         why: Box<TargetError>,
     },
+    /// An entry of a list of tables that cannot be read.
+    #[error("[[{key}]] number {number} ({origin}): {why}")]
+    BadEntry {
+        /// The list.
+        key: String,
+        /// Position in it, from 1.
+        number: usize,
+        /// Where the list is.
+        origin: Origin,
+        /// What is wrong.
+        why: String,
+    },
     /// A door that cannot be opened.
     #[error("[[{key}]] number {number} ({origin}): {bad}")]
     BadDoor {
@@ -144,8 +156,8 @@ impl Remedy for ConfigError {
             Self::UnknownKey { hint, .. } => hint.into(),
             Self::BadValue { expected, .. } => format!("give {expected}").into(),
             Self::BadTarget { why, .. } => return why.remedy(),
-            Self::BadDoor { key, .. } => {
-                format!("correct the entry; `sheaf config` describes what {key} is for").into()
+            Self::BadEntry { .. } | Self::BadDoor { .. } => {
+                "correct the entry; server/docs/service/doors.md describes the settings of doors".into()
             }
             Self::NoEqualSign { .. } => "write --set KEY=VALUE".into(),
             Self::Missing { kind, name, expected, .. } => {

@@ -54,6 +54,10 @@ pub fn effective(
     let merged = merge([file.values, above.values]);
     let value = |key: &str| look(&merged.cache, key).cloned().unwrap_or_default();
     let read = merged.clone().try_deserialize::<Settings>().map_err(|error| {
+        if let Some((key, number, why)) = entry_of(&error.to_string()) {
+            let origin = Origin::of(&value(&key));
+            return ConfigError::BadEntry { key, number, origin, why };
+        }
         let key = key_of(&error);
         let setting = settings.iter().find(|setting| setting.key == key);
         let expected = setting.map_or_else(|| error.to_string(), Setting::expected);
@@ -96,6 +100,20 @@ fn key_of(error: &config::ConfigError) -> String {
         }
         _ => String::new(),
     }
+}
+
+/// The list, the position in it from 1, and what is wrong, if the error is about an entry of a list of tables:
+/// the crate writes ``unknown field `prot` … for key `doors.modbus[0]` `` and `missing configuration field
+/// "doors.modbus[0]listen"`.
+fn entry_of(error: &str) -> Option<(String, usize, String)> {
+    let (before, place) = error.split_at(error.find("doors.")?);
+    let (key, rest) = place.split_once('[')?;
+    let (idx, field) = rest.split_once(']')?;
+    let why = match before.starts_with("missing") {
+        true => format!("{} is missing", field.trim_matches(['.', '"', '`'])),
+        false => before.trim_end_matches(['`', '"']).trim_end_matches(" for key ").replace('`', "\""),
+    };
+    Some((key.to_owned(), idx.parse::<usize>().ok()? + 1, why))
 }
 
 /// A layer as the crate takes it.

@@ -172,3 +172,21 @@ fn every_setting_says_what_it_means_and_admits_its_default() {
         assert!(!setting.about.is_empty() && setting.admits(value), "{}: {value:?}", setting.key);
     }
 }
+
+#[test]
+fn an_error_in_a_door_names_list_position_and_setting() {
+    let file = |text: &str| with_file(text, &[], &[]);
+    let webhook = "[[doors.webhook]]\nname = \"mes\"\nurl = \"https://mes.example\"\n";
+    refused(file(webhook), &["[[doors.webhook]] number 1", "line 1", "secret_file is missing"]);
+    let modbus = "[[doors.modbus]]\nname = \"a\"\nlisten = \"127.0.0.1:1502\"\n";
+    refused(
+        file(&format!("{modbus}{modbus}write = true\n")),
+        &["[[doors.modbus]] number 2", "\"write\"", "writes"],
+    );
+    refused(file(&format!("{modbus}{modbus}")), &["[[doors.modbus]] number 2", "two doors named \"a\""]);
+    refused(file("[doors.mqtt]\nname = \"a\"\n"), &["doors.mqtt cannot be table", "[[doors.mqtt]]"]);
+    let spaced = "[[doors.mqtt]]\nname = \"Hall 3\"\nurl = \"mqtt://127.0.0.1\"\n";
+    refused(file(spaced), &["name", "lower-case letters"]);
+    let plc = file(modbus).unwrap();
+    assert_eq!(plc.config.doors.doors().unwrap().len(), 1);
+}

@@ -55,6 +55,9 @@ impl Setting {
         }
         let expected = alternatives(&self.schema).iter().map(|schema| match schema["type"].as_str() {
             Some("string") => format!("a text: {}", self.about),
+            Some("array") if schema["items"]["type"] == "object" => {
+                format!("a list of tables: begin each with [[{}]]", self.key)
+            }
             Some("array") => format!("a list, each {}", described(&schema["items"])),
             _ => described(schema),
         });

@@ -14,7 +14,6 @@ pub mod evented_catalogue;
 pub mod events;
 pub mod jobs;
 mod lifetime;
-pub mod progress;
 pub mod recordings;
 mod resources;
 pub mod sessions;

@@ -18,11 +18,15 @@ fn root() -> PathBuf {
 }
 
 fn crates() -> Vec<PathBuf> {
-    let inside = |wing: &str| {
-        let folders = std::fs::read_dir(root().join(wing)).unwrap();
-        folders.map(|folder| folder.unwrap().path()).collect::<Vec<_>>()
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        std::fs::read_dir(folder).unwrap().map(|folder| folder.unwrap().path()).collect()
     };
-    let mut crates: Vec<PathBuf> = WINGS.into_iter().flat_map(inside).collect();
+    let mut crates: Vec<PathBuf> = WINGS.into_iter().flat_map(|wing| inside(&root().join(wing))).collect();
+    // A folder of crates, such as that of the doors.
+    while let Some(at) = crates.iter().position(|folder| !folder.join("Cargo.toml").is_file()) {
+        let folder = crates.swap_remove(at);
+        crates.extend(inside(&folder));
+    }
     crates.extend(BESIDE.map(|folder| root().join(folder)));
     crates
 }

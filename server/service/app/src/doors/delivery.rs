@@ -3,10 +3,8 @@
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{Catalogue, EventRecord, StoreError};
-use time::OffsetDateTime;
-use time::format_description::well_known::Rfc3339;
 
-use crate::doors::inspection_message::InspectionMessage;
+use crate::resources::inspections::{InspectionMessage, utc};
 
 /// The event that announces an inspection.
 const INSPECTION_FINISHED: &str = "inspection.finished";
@@ -68,10 +66,4 @@ impl Delivery {
         }
         message
     }
-}
-
-/// Milliseconds since 1970 as RFC 3339: `2026-11-26T15:52:30.123Z`; empty for times beyond the year 9999.
-pub fn utc(at_ms: i64) -> String {
-    let at = OffsetDateTime::from_unix_timestamp_nanos(i128::from(at_ms) * 1_000_000).ok();
-    at.and_then(|at| at.format(&Rfc3339).ok()).unwrap_or_default()
 }

@@ -11,19 +11,19 @@ mod delivering;
 mod delivery;
 mod door;
 mod filter;
-mod inspection_message;
 mod params;
 mod schedule;
 #[cfg(test)]
 mod tests;
 
 pub use attempts::{Attempt, DoorState, DoorView};
-pub use delivery::{Delivery, utc};
+pub use delivery::Delivery;
 pub use door::{BadSetting, Door, Undelivered};
 pub use filter::EventFilter;
-pub use inspection_message::{CharacteristicMessage, InspectionMessage, RecipeMessage};
 pub use params::EVENTS_KEPT_FOR_DOORS;
 pub use store::EventRecord;
+
+pub use crate::resources::inspections::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};
 
 use std::sync::Arc;
 

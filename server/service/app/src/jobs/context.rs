@@ -13,7 +13,7 @@ use crate::access::lease::Authority;
 use crate::config::AppConfig;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::JobEnd;
-use crate::progress::{JobReporter, Phase, ProgressFn, Step};
+use crate::jobs::progress::{JobReporter, Phase, ProgressFn, Step};
 use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
 

@@ -13,8 +13,8 @@ use store::{ArtifactBytes, ArtifactId, Artifacts, FinishedFile, ResultRef, ScanR
 
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
+use crate::jobs::progress::Phase;
 use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
-use crate::progress::Phase;
 use crate::resources::stored_scan::{stored_cloud_bytes, without_cloud};
 
 /// Folder of the workbench with the index of exports; may be deleted at any time. No record refers to these artifacts:

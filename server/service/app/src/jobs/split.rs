@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::jobs::{
     CalibrateInput, ComputeContext, Done, ExportInput, InspectInput, JobEnd, JobInput, ReEvaluateInput,
-    RecomputeInput, ScanInput, ScanSource, Source, StationContext, VerifyInput, calibrate, export, inspect,
-    recompute, scan, verify,
+    RecomputeInput, ScanInput, ScanSource, Source, StationContext, VerifyInput, calibrate, export, inspect, scan,
+    verify,
 };
 
 /// A station job or a computation.
@@ -134,7 +134,7 @@ impl ComputeJob {
             Self::CaptureCalibration { capture_id, input } => calibrate::from_capture(&input, &capture_id, ctx),
             Self::CaptureScan { frames, input } => scan::of_capture(&input, &frames, ctx),
             Self::CaptureVerification { frames, input } => verify::of_capture(&input, &frames, ctx),
-            Self::Recomputation(input) => recompute::run(input, ctx),
+            Self::Recomputation(input) => scan::recompute::run(input, ctx),
             Self::Export(input) => export::run(input, ctx),
             Self::ReEvaluation(input) => inspect::re_evaluate(&input, ctx),
         }

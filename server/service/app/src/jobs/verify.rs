@@ -8,11 +8,11 @@ use twin::{Scene, SceneKind, TwinControl};
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::RequestedRange;
+use crate::jobs::progress::Phase;
 use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
 use crate::jobs::{
     ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, ScanSource, StationContext, VerifyInput,
 };
-use crate::progress::Phase;
 use crate::resources::measurements::parts::verdict_in;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::scan_run::stage_kind;

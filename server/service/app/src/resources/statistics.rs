@@ -9,8 +9,8 @@ use capability::spc::{
 use capability::type_1::{self, Factors, Study as Type1Study};
 use store::{Catalogue, InspectionFilter, Page};
 
-use crate::doors::InspectionMessage;
 use crate::error::{AppError, ErrorKind};
+use crate::resources::inspections::InspectionMessage;
 
 /// Attribute of an inspection that names the operator of a gauge R&R study.
 pub const OPERATOR: &str = "operator";

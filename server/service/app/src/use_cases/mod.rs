@@ -4,11 +4,10 @@
 //! it together with the event that names the caller.
 
 mod calibrations;
+mod camera;
 mod captures;
 mod control;
-mod dark_frame;
 mod doors;
-mod features;
 mod inspections;
 mod jobs;
 mod manual;
@@ -20,11 +19,10 @@ mod sessions;
 mod simulation;
 
 pub use calibrations::{Activate, activate, roll_back};
+pub use camera::{camera_features, remove_dark_frame, set_camera_features, take_dark_frame};
 pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
-pub use dark_frame::{remove_dark_frame, take_dark_frame};
 pub use doors::{Resend, delete_delivery, resend};
-pub use features::{camera_features, set_camera_features};
 pub use inspections::{
     InspectionQueue, hold_inspections, inspect, inspection_queue, re_evaluate, resume_inspections, wait_for_job,
 };

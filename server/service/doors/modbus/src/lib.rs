@@ -10,6 +10,7 @@
 //! Only Modbus functions 3, 4, 6 and 16 exist. There is no reset, and no command for the laser. Modbus has no
 //! authentication: whoever reaches the port can read, and write if that is switched on.
 
+mod codes;
 mod door;
 mod handshake;
 mod line;

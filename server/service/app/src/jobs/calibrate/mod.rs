@@ -11,8 +11,8 @@ use crate::events::{Event, event};
 use std::path::Path;
 
 use crate::error::disk_problem;
+use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
-use crate::progress::Phase;
 use crate::resources::captures::{CaptureOrigin, without_folder};
 use pipeline::open_capture;
 

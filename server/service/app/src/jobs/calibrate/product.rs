@@ -11,8 +11,8 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
 use crate::jobs::calibrate::CALIBRATION;
+use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
-use crate::progress::Phase;
 use crate::resources::calibrations::residuals::{RESIDUALS, Residuals};
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};

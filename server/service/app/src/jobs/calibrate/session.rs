@@ -10,8 +10,8 @@ use store::{ArtifactId, StoreError};
 use crate::error::AppError;
 use crate::error::disk_problem;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
+use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
-use crate::progress::Phase;
 use crate::resources::captures::{capture_stage, nominal_position};
 use crate::sessions::{Picture, Session, SessionBody, Sessions};
 

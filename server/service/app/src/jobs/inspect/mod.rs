@@ -11,9 +11,9 @@ use serde_json::json;
 use store::{ResultRef, ScanRecord};
 
 use crate::jobs::plan::TIMING;
+use crate::jobs::progress::Phase;
 use crate::jobs::scan::at_station_measured;
 use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, ScanInput, StationContext};
-use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::inspections::{inspection_changes, judged, new_inspection};
 use crate::resources::recipes::{RecipeVersion, stored_version};

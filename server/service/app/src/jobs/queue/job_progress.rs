@@ -7,9 +7,9 @@ use serde_json::Value;
 use store::{Change, JobRecord, JobState};
 
 use crate::jobs::JobView;
+use crate::jobs::progress::Step;
 use crate::jobs::queue::forecast::{Forecast, Timeline};
 use crate::jobs::queue::remaining::Remaining;
-use crate::progress::Step;
 
 /// Smallest change of the forecast progress that is published: less is not visible on a progress bar.
 const PUBLISHED_STEP: f64 = 0.005;

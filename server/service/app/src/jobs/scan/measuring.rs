@@ -6,9 +6,9 @@ use serde_json::json;
 use store::{Change, MeasurementRecord, ResultRef};
 
 use crate::jobs::plan::TIMING;
+use crate::jobs::progress::Phase;
 use crate::jobs::scan::{MadeScan, SCAN};
 use crate::jobs::{ComputeContext, Done, JobEnd};
-use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::{planned_measurements, verdict_of};
 use crate::resources::measurements::{changes, planned_measurement};

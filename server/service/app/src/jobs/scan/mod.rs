@@ -7,6 +7,7 @@ mod capture_source;
 mod counted;
 mod measuring;
 mod pictures;
+pub mod recompute;
 mod result;
 mod resume;
 mod station_source;

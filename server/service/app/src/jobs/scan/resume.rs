@@ -5,8 +5,8 @@ use store::{ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{RequestedRange, ScanPlan, ScanRun, fields_of};
+use crate::jobs::progress::Phase;
 use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
-use crate::progress::Phase;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::scan_run::ScanSettings;
 use crate::resources::stored_scan::stored_peaks;

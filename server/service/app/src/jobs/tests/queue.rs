@@ -11,9 +11,9 @@ use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecor
 use super::*;
 use crate::access::lease::Authority;
 use crate::error::{AppError, ErrorKind};
+use crate::jobs::progress::Phase;
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobEnd, JobInput, JobNews, Source, StationContext, queued_record};
-use crate::progress::Phase;
 
 /// The log of the jobs of a test, and whether they may end.
 #[derive(Default)]

@@ -2,10 +2,12 @@
 
 mod finished;
 mod judged;
+mod message;
 mod sheet;
 
 pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
 pub use judged::judged;
+pub use message::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};
 pub use sheet::{ReportFormat, inspection_report};
 
 use std::collections::BTreeMap;

@@ -5,8 +5,8 @@ use report::inspection::{CharacteristicRow, InspectionSheet, inspection_page, in
 use scanning::Cloud;
 use store::{Artifacts, Catalogue, StoreError};
 
-use crate::doors::{CharacteristicMessage, InspectionMessage};
 use crate::error::{AppError, ErrorKind};
+use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
 use crate::resources::stored_scan::stored_cloud;
 
 /// Form of a report.

@@ -6,7 +6,6 @@
 //! - A result stays shown until the PLC writes its number to `result_ack`. Then `valid` is 0 until the PLC has read that,
 //!   and the next result is shown. Reading acknowledges nothing.
 
-pub mod codes;
 pub mod order;
 pub mod params;
 pub mod results;
@@ -16,10 +15,11 @@ mod tests;
 use std::net::IpAddr;
 use std::time::Instant;
 
-use crate::handshake::codes::{AckCode, Command, Exception, StatusBit};
-use crate::handshake::order::{Inspection, JobEnd, Order, Task};
+use crate::codes::{AckCode, Command, Exception, StatusBit};
+use crate::handshake::order::{Inspection, Order, Task};
 use crate::handshake::params::{HEARTBEAT_STEP, PLC_SILENT, RESULTS_MAY_WAIT};
 use crate::handshake::results::Results;
+use crate::line::JobEnd;
 use crate::line::{State, Station};
 use crate::registers::map::{
     ACK_CODE, ACK_SEQ, COMMAND, COMMAND_SEQ, ERROR, HEARTBEAT, HOLDING_WORDS, INPUT_WORDS, MAP_VERSION, MIRROR,

@@ -33,28 +33,6 @@ pub enum Task {
     },
 }
 
-/// How a triggered inspection ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum JobEnd {
-    /// With a result, which is delivered.
-    Finished,
-    /// Without one, because of an error.
-    Failed,
-    /// Without one: aborted, or the station was stopped.
-    Cancelled,
-}
-
-impl JobEnd {
-    /// Its number in the error register.
-    pub fn number(self) -> u16 {
-        match self {
-            Self::Finished => 0,
-            Self::Failed => 1,
-            Self::Cancelled => 2,
-        }
-    }
-}
-
 /// The inspection triggered last, until it ends.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Inspection {

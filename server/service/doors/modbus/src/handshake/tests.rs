@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use proptest::prelude::*;
 
-use crate::handshake::codes::{AckCode, Exception};
-use crate::handshake::order::{JobEnd, Order, Task};
+use crate::codes::{AckCode, Exception};
+use crate::handshake::order::{Order, Task};
 use crate::handshake::results::Offer;
 use crate::handshake::{Circumstances, Handshake};
+use crate::line::JobEnd;
 use crate::line::{State, Station};
 use crate::registers::map::Table;
 use crate::registers::result_block::ResultBlock;

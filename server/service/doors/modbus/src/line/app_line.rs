@@ -12,8 +12,8 @@ use app::recipes::{RecipeRef, found};
 use app::use_cases;
 use async_trait::async_trait;
 
-use crate::handshake::codes::AckCode;
-use crate::handshake::order::JobEnd;
+use crate::codes::AckCode;
+use crate::line::JobEnd;
 use crate::line::{Line, State, Station};
 
 /// Time until the store is asked again.

@@ -6,8 +6,7 @@ pub use app_line::{AppLine, count_results};
 
 use async_trait::async_trait;
 
-use crate::handshake::codes::AckCode;
-use crate::handshake::order::JobEnd;
+use crate::codes::AckCode;
 
 /// The states of OPC 40100-1, with their numbers there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -79,4 +78,26 @@ pub trait Line: Send + Sync + 'static {
 
     /// Whether there is such a recipe.
     async fn prepare(&self, recipe: u32) -> Result<(), AckCode>;
+}
+
+/// How a triggered inspection ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum JobEnd {
+    /// With a result, which is delivered.
+    Finished,
+    /// Without one, because of an error.
+    Failed,
+    /// Without one: aborted, or the station was stopped.
+    Cancelled,
+}
+
+impl JobEnd {
+    /// Its number in the error register.
+    pub fn number(self) -> u16 {
+        match self {
+            Self::Finished => 0,
+            Self::Failed => 1,
+            Self::Cancelled => 2,
+        }
+    }
 }

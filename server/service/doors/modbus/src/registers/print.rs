@@ -1,7 +1,14 @@
 //! The map in print: as a table for PLC tools, and for documentation.
 
-use crate::handshake::codes::{AckCode, Command, StatusBit};
+use crate::codes::{AckCode, Command, StatusBit};
 use crate::registers::map::{Access, CHARACTERISTIC_WORDS, Kind, Register, Table, register_map};
+
+/// Beginning of the document.
+const HEAD: &str = "# Modbus register map\n\n\
+    Addresses are those on the wire, from 0; manuals of some PLCs count from 1, 30001 or 40001. Values of more than 16 \
+    bits have the high word first. The handshake is described in [doors](../server/docs/service/doors.md#modbus-tcp); \
+    [modbus.csv](modbus.csv) is the same map for PLC tools. This page is generated from the program by `cargo xtask \
+    openapi`.\n";
 
 /// The map as CSV (RFC 4180, UTF-8), one row per register.
 pub fn csv() -> String {
@@ -16,12 +23,12 @@ pub fn csv() -> String {
 
 /// The map as Markdown: a table of registers, and lists of commands, codes and bits.
 pub fn markdown() -> String {
-    let mut lines = Vec::new();
+    let mut lines = vec![HEAD.to_owned()];
     for (table, title) in [
         (Table::Holding, "Holding registers, written by the PLC (functions 6, 16; read with 3)"),
         (Table::Input, "Input registers, read by the PLC (function 4, or 3 at 1000 more)"),
     ] {
-        lines.push(format!("### {title}\n\n| address | type | access | name | meaning |\n|---|---|---|---|---|"));
+        lines.push(format!("## {title}\n\n| address | type | access | name | meaning |\n|---|---|---|---|---|"));
         lines.extend(register_map().iter().filter(|one| one.table == table).map(|one| {
             let [_, address, kind, access] = columns(one);
             format!("| {address} | {kind} | {access} | `{}` | {} |", one.name, one.meaning)

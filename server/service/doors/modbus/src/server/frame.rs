@@ -5,7 +5,7 @@ use std::io;
 
 use tokio::io::{AsyncRead, AsyncReadExt as _};
 
-use crate::handshake::codes::Exception;
+use crate::codes::Exception;
 use crate::registers::map::Table;
 
 /// Length of the header, with the unit.

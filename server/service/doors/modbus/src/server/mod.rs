@@ -16,7 +16,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-use crate::handshake::codes::Exception;
+use crate::codes::Exception;
 use crate::handshake::{Circumstances, Handshake};
 use crate::line::Line;
 use crate::server::connections::{Connections, Place};

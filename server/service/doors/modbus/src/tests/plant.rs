@@ -10,9 +10,9 @@ use parking_lot::Mutex;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
+use crate::codes::AckCode;
 use crate::door::ModbusDoor;
-use crate::handshake::codes::AckCode;
-use crate::handshake::order::JobEnd;
+use crate::line::JobEnd;
 use crate::line::{Line, State, Station};
 use crate::server::{Limits, serve};
 use crate::settings::Settings;

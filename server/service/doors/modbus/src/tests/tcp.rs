@@ -164,7 +164,7 @@ async fn stop_abort_and_prepare_reach_the_station_and_refusals_have_their_codes(
     assert_eq!(plc.command(2, 0, "").await, 0);
     let aborted = plc.until(|inputs| inputs[3] & 2 == 0).await;
     assert_eq!((aborted[6], is_valid(&aborted)), (2, false));
-    *plant.line.refuses.lock() = Some(crate::handshake::codes::AckCode::NotInControl);
+    *plant.line.refuses.lock() = Some(crate::codes::AckCode::NotInControl);
     assert_eq!(plc.command(1, 0, "S3").await, 6);
     assert_eq!(plc.command(9, 0, "").await, 1);
     assert_eq!(plc.command(3, 0, "").await, 0);

@@ -9,8 +9,8 @@ use serde_json::Value;
 use store::{JobState, ResultRef};
 use utoipa::ToSchema;
 
+use app::jobs::progress::{Phase, Step};
 use app::jobs::{JobInput, JobView};
-use app::progress::{Phase, Step};
 
 /// State of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

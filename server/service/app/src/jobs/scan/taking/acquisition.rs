@@ -8,11 +8,11 @@ use station::{SharedFrame, StationLease, Sweep};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
+use crate::jobs::progress::Phase;
 use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::taking::recording::FrameSink;
 use crate::jobs::{JobEnd, ScanMode, StationContext};
-use crate::progress::Phase;
 use crate::resources::scan_run::ScanRange;
 
 /// Minimum interval of progress reports during a continuous scan: faster is not readable.

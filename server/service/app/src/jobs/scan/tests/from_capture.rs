@@ -9,8 +9,9 @@ use store::{ScanRecord, ScanState};
 
 use super::bench::{Bench, from_station, run, true_document};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
-use crate::jobs::{ExportInput, RecomputeInput, ScanInput, ScanSource, export, recompute};
-use crate::progress::Silent;
+use crate::jobs::progress::Silent;
+use crate::jobs::scan::recompute;
+use crate::jobs::{ExportInput, RecomputeInput, ScanInput, ScanSource, export};
 use crate::resources::scan_run::ScanSettings;
 use pipeline::{open_capture, scan_capture};
 

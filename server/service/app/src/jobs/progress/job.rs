@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use pipeline::{Reporter, Task};
 use station::cancel::CancelFlag;
 
-use crate::progress::{Phase, Step};
+use crate::jobs::progress::{Phase, Step};
 
 /// Receives a job's fraction 0–1, its step, and a message.
 pub type ProgressFn = Arc<dyn Fn(f64, Step, &str) + Send + Sync>;

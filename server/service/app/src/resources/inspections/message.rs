@@ -1,13 +1,14 @@
-//! An inspection as doors deliver it.
+//! An inspection as other systems get it.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::{InspectionRecord, StoreError};
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
 use utoipa::ToSchema;
 
-use crate::doors::delivery::utc;
 use crate::resources::inspections::InspectionBody;
 
 /// An inspection of a part with all its characteristics.
@@ -124,6 +125,12 @@ impl TryFrom<InspectionRecord> for InspectionMessage {
             id: record.id,
         })
     }
+}
+
+/// Milliseconds since 1970 as RFC 3339: `2026-11-26T15:52:30.123Z`; empty for times beyond the year 9999.
+pub fn utc(at_ms: i64) -> String {
+    let at = OffsetDateTime::from_unix_timestamp_nanos(i128::from(at_ms) * 1_000_000).ok();
+    at.and_then(|at| at.format(&Rfc3339).ok()).unwrap_or_default()
 }
 
 #[cfg(test)]

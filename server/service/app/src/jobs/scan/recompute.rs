@@ -3,9 +3,9 @@
 use store::ScanRecord;
 
 use crate::jobs::plan::Pace;
+use crate::jobs::progress::Phase;
 use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
 use crate::jobs::{ComputeContext, Done, JobEnd, RecomputeInput, ScanMode};
-use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{cloud_name, new_id, stored_peaks};
