@@ -17,6 +17,7 @@ export async function supportBundle({ api, stream, station, events }: App): Prom
     scans: data(api.GET("/api/v1/scans", { params: { query: { limit: 20 } } })),
     calibrations: data(api.GET("/api/v1/calibrations", { params: { query: { limit: 5 } } })),
     activations: data(api.GET("/api/v1/calibrations/activations", { params: { query: { limit: 50 } } })),
+    doors: data(api.GET("/api/v1/doors")),
     metrics: bytes("/metrics").then((response) => response.text()),
   };
   const answers = Object.entries(parts).map(async ([name, asked]) => {

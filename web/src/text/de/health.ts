@@ -6,7 +6,7 @@ export const health = {
   alarm: "Alarm",
   bundle: "Support-Paket",
   bundle_contents:
-    "Das Support-Paket ist eine JSON-Datei mit allem, was diese Seite lesen kann: Station, Aufträge, Ereignisse, neueste Scans und Kalibrierungen, Metriken. Es enthält keine Bilder und keine Servereinstellungen.",
+    "Das Support-Paket ist eine JSON-Datei mit allem, was diese Seite lesen kann: Station, Aufträge, Ereignisse, neueste Scans und Kalibrierungen, Schnittstellen, Metriken. Es enthält keine Bilder und keine Servereinstellungen.",
   devices: { camera: "Kamera", stage: "Tisch", laser: "Laser" },
   connected: "verbunden",
   not_connected: "nicht verbunden",

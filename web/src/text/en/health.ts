@@ -6,7 +6,7 @@ export const health = {
   alarm: "Alarm",
   bundle: "Support bundle",
   bundle_contents:
-    "The support bundle is one JSON file with everything this page can read: station, jobs, events, latest scans and calibrations, metrics. It contains no images and no server settings.",
+    "The support bundle is one JSON file with everything this page can read: station, jobs, events, latest scans and calibrations, doors, metrics. It contains no images and no server settings.",
   devices: { camera: "Camera", stage: "Stage", laser: "Laser" },
   connected: "connected",
   not_connected: "not connected",

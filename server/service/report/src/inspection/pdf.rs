@@ -19,7 +19,7 @@ const TABLE_PT: f32 = 7.5;
 const ROW_MM: f32 = 4.6;
 
 /// Letters of each column of the table: what is longer is cut.
-const LETTERS: [usize; 8] = [18, 20, 10, 10, 10, 10, 9, 9];
+const LETTERS: [usize; 8] = [17, 19, 10, 10, 10, 10, 11, 9];
 
 /// Height of the picture of the cloud at most, mm.
 const PICTURE_MM: f32 = 90.0;

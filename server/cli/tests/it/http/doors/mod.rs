@@ -87,16 +87,23 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
         }
     }
 
+    // An order in a file is one inspection, with the order's number.
+    place_block(&server, 8.9);
+    receivers.order(&json!({ "recipe": "block", "serial": "BL-3", "order": "4711" }));
+    assert_eq!(receivers.plc(&["read"])["serial"], "BL-3");
+    let ordered = server.get("/api/v1/inspections?order=4711").expect(200)["items"].clone();
+    assert_eq!((ordered.as_array().unwrap().len(), &ordered[0]["serial"]), (1, &json!("BL-3")));
+
     // No receiver is there, and the server is killed after each part.
     receivers.cut();
-    for serial in ["BL-3", "BL-4", "BL-5"] {
+    for serial in ["BL-4", "BL-5", "BL-6"] {
         place_block(&server, 8.9);
         inspected(&server, &json!({ "recipe": "block", "serial": serial }));
         server.kill();
         server = Server::start(&data, &[]);
     }
     receivers.restore();
-    for serial in ["BL-3", "BL-4", "BL-5"] {
+    for serial in ["BL-4", "BL-5", "BL-6"] {
         assert_eq!(receivers.plc(&["read"])["serial"], serial);
     }
     let doors = settled(&server);
@@ -104,11 +111,11 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
 
     let listed = server.get("/api/v1/inspections?after_seq=0").expect(200)["items"].clone();
     let expected: Vec<Result> = listed.as_array().unwrap().iter().map(result).collect();
-    assert_eq!(expected.len(), 5, "{expected:?}");
+    assert_eq!(expected.len(), 6, "{expected:?}");
     assert_eq!(results(&receivers.web_messages()), expected, "web server");
     assert_eq!(results(&receivers.broker_messages()), expected, "broker");
     assert_eq!(results(&receivers.share_messages()), expected, "share");
-    assert_eq!((receivers.files("csv"), receivers.files("dfq"), receivers.files("tmp")), (5, 5, 0));
+    assert_eq!((receivers.files("csv"), receivers.files("dfq"), receivers.files("tmp")), (6, 6, 0));
     let events = server.get("/api/v1/events?limit=200").expect(200)["items"].clone();
     let waited = |door: &str| {
         let is_about = |event: &&Value| event["subject"] == door && event["kind"] == "door.waiting";

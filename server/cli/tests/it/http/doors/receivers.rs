@@ -30,7 +30,9 @@ impl Receivers {
         for (name, text) in [("secret", SECRET), ("web_receiver.py", WEB), ("plc.py", PLC)] {
             fs::write(folder.join(name), text).unwrap();
         }
-        fs::create_dir(folder.join("share")).unwrap();
+        for name in ["share", "orders"] {
+            fs::create_dir(folder.join(name)).unwrap();
+        }
         let [web_port, broker_port, plc_port] = free_ports();
         let broker = format!(
             "listener {broker_port} 127.0.0.1\nallow_anonymous true\nuser root\npersistence true\n\
@@ -50,6 +52,7 @@ impl Receivers {
         let Self { web_port, broker_port, plc_port, .. } = self;
         format!(
             "[[doors.folder]]\nname = \"share\"\npath = \"{folder}/share\"\nformats = [\"json\", \"csv\", \"dfq\"]\n\
+             orders = \"{folder}/orders\"\n\
              [[doors.webhook]]\nname = \"mes\"\nurl = \"http://127.0.0.1:{web_port}/sheaf\"\n\
              secret_file = \"{folder}/secret\"\nallowed_private = [\"127.0.0.1/32\"]\n\
              [[doors.mqtt]]\nname = \"broker\"\nurl = \"mqtt://127.0.0.1:{broker_port}\"\n\
@@ -136,6 +139,18 @@ impl Receivers {
     pub fn files(&self, extension: &str) -> usize {
         let files = fs::read_dir(self.folder.join("share")).unwrap().map(|entry| entry.unwrap().path());
         files.filter(|path| path.extension().is_some_and(|other| other == extension)).count()
+    }
+
+    /// Drops an order; returns once it is accepted.
+    pub fn order(&self, order: &Value) {
+        let orders = self.folder.join("orders");
+        fs::write(orders.join("order.json"), order.to_string()).unwrap();
+        let begun = Instant::now();
+        while !orders.join("accepted").join("order.json").exists() {
+            assert!(!orders.join("refused").join("order.json").exists(), "the order was refused");
+            assert!(begun.elapsed() < PATIENCE, "the order is not read");
+            std::thread::sleep(Duration::from_millis(100));
+        }
     }
 
     /// One cycle of the PLC.
