@@ -33,7 +33,7 @@ test("metrics are read with their labels; histograms are left out", () => {
 });
 
 test("a device that is away or has a fault is an alarm", () => {
-  const fault = { device: "stage", kind: "gone", detail: "", remedy: "", since_ms: 0 };
+  const fault = { device: "stage", kind: "disconnected", detail: "", remedy: "", since_ms: 0 };
   expect(deviceTone(true, [fault], "camera")).toBe("calm");
   expect(deviceTone(true, [fault], "stage")).toBe("alarm");
   expect(deviceTone(false, [], "laser")).toBe("alarm");

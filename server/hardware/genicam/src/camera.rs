@@ -101,7 +101,7 @@ impl GenicamCamera {
                 Err(TryRecvError::Disconnected) => self.reconnecting = None,
             }
         }
-        self.disconnected.clone().map_or(Ok(()), |reason| Err(CameraError::Gone { reason }))
+        self.disconnected.clone().map_or(Ok(()), |reason| Err(CameraError::Disconnected { reason }))
     }
 
     fn install(&mut self, opened: OpenedCamera) {
@@ -121,7 +121,7 @@ impl GenicamCamera {
         self.probed_at = Instant::now();
     }
 
-    /// Calls a function with the open camera; if the camera does not respond, the error is [`CameraError::Gone`].
+    /// Calls a function with the open camera; if the camera does not respond, the error is [`CameraError::Disconnected`].
     fn with_opened<T>(
         &mut self,
         setting: &'static str,
@@ -135,7 +135,7 @@ impl GenicamCamera {
                 self.probe()?;
                 Err(refused(setting)(error))
             }
-            None => Err(CameraError::Gone { reason: "it is closed".to_owned() }),
+            None => Err(CameraError::Disconnected { reason: "it is closed".to_owned() }),
         }
     }
 
@@ -166,7 +166,7 @@ impl GenicamCamera {
     fn mark_disconnected(&mut self, reason: String) -> CameraError {
         self.close();
         self.disconnected = Some(reason.clone());
-        CameraError::Gone { reason }
+        CameraError::Disconnected { reason }
     }
 
     fn close(&mut self) {
@@ -378,7 +378,7 @@ impl Camera for GenicamCamera {
             }
         };
         let thread = thread::Builder::new().name("genicam-open".to_owned()).spawn(reopen);
-        thread.map_err(|error| CameraError::Gone {
+        thread.map_err(|error| CameraError::Disconnected {
             reason: format!("its reconnection thread could not be created: {error}"),
         })?;
         self.reconnecting = Some(receiver);

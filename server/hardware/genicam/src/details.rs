@@ -13,7 +13,7 @@ pub struct Details(pub Arc<Shared>);
 impl Details {
     fn with_opened<T>(&self, call: impl FnOnce(&OpenedCamera) -> T) -> Result<T, FeatureError> {
         let opened = self.0.opened.lock();
-        opened.as_ref().map(call).ok_or_else(|| FeatureError::Gone {
+        opened.as_ref().map(call).ok_or_else(|| FeatureError::Disconnected {
             reason: "it is not connected; check its cable and power, then reset".to_owned(),
         })
     }

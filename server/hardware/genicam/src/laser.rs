@@ -53,7 +53,7 @@ impl LineState {
 
     fn state(&self) -> Result<LaserState, LaserError> {
         if let Some(reason) = &self.fault {
-            return Err(LaserError::Gone { reason: reason.clone() });
+            return Err(LaserError::Disconnected { reason: reason.clone() });
         }
         let emitting = self.is_requested(Instant::now()) || self.confirmed == Some(true);
         Ok(LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None })

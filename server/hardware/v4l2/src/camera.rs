@@ -45,7 +45,7 @@ pub struct V4l2Camera {
 /// State of the connection.
 enum Link {
     Open(OpenedCamera),
-    Gone {
+    Disconnected {
         reason: String,
     },
     /// Searched for until then; last attempt at.
@@ -84,8 +84,10 @@ impl V4l2Camera {
         self.try_reconnect();
         match &mut self.link {
             Link::Open(opened) => Ok(opened),
-            Link::Gone { reason } => Err(CameraError::Gone { reason: reason.clone() }),
-            Link::Searching { .. } => Err(CameraError::Gone { reason: "it is being reconnected".to_owned() }),
+            Link::Disconnected { reason } => Err(CameraError::Disconnected { reason: reason.clone() }),
+            Link::Searching { .. } => {
+                Err(CameraError::Disconnected { reason: "it is being reconnected".to_owned() })
+            }
         }
     }
 
@@ -96,7 +98,7 @@ impl V4l2Camera {
         }
         *tried_at = Some(Instant::now());
         if Instant::now() > *until {
-            self.link = Link::Gone { reason: "it could not be reconnected".to_owned() };
+            self.link = Link::Disconnected { reason: "it could not be reconnected".to_owned() };
             return;
         }
         if let Some(opened) = self.reopened() {
@@ -125,9 +127,9 @@ impl V4l2Camera {
     /// Closes the camera if the error means that it was unplugged.
     fn fail(&mut self, setting: &'static str, error: io::Error) -> CameraError {
         let failure = refused(setting, error);
-        if let CameraError::Gone { reason } = &failure {
+        if let CameraError::Disconnected { reason } = &failure {
             self.acquisition = None;
-            self.link = Link::Gone { reason: reason.clone() };
+            self.link = Link::Disconnected { reason: reason.clone() };
         }
         failure
     }

@@ -251,7 +251,7 @@ pub fn not_opened(device: &str, error: &io::Error) -> OpenError {
 /// Converts a kernel error to a camera error.
 pub fn refused(setting: &'static str, error: io::Error) -> CameraError {
     if error.raw_os_error() == Some(ENODEV) {
-        return CameraError::Gone { reason: "it was unplugged".to_owned() };
+        return CameraError::Disconnected { reason: "it was unplugged".to_owned() };
     }
     CameraError::Unsupported { setting, value: "the requested value".to_owned(), expected: error.to_string() }
 }

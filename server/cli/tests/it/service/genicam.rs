@@ -262,7 +262,7 @@ mod stations {
         let station = rig.wait_for("the fault", |station| !station["faults"].as_array().unwrap().is_empty());
         println!("named after {:?}", killed_at.elapsed());
         let fault = &station["faults"][0];
-        assert_eq!((&fault["device"], &fault["kind"]), (&json!("camera"), &json!("gone")), "{station:#}");
+        assert_eq!((&fault["device"], &fault["kind"]), (&json!("camera"), &json!("disconnected")), "{station:#}");
         rig.camera.restart().unwrap();
         rig.send("POST", "/api/v1/station/reset", &[], &json!({}));
         let station = rig.wait_for("the way back", |station| station["faults"] == json!([]));

@@ -240,7 +240,7 @@ impl Rig {
                 if rig.stage.clear_fault().is_err() {
                     // As a person who follows the remedy.
                     if fault.to_string().contains("reset button")
-                        || matches!(fault, crate::StageError::NoReply { .. })
+                        || matches!(fault, crate::StageError::NoResponse { .. })
                     {
                         (rig.act)(Act::ResetButton);
                     }

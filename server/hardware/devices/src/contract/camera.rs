@@ -317,11 +317,14 @@ fn an_unplugged_camera_reports_the_loss_until_it_is_reconnected(
     frame(&mut *camera, &mut image, profile);
     (cable.unplug)();
     wait_for(GONE_LIMIT, "the unplugged cable is detected", || {
-        matches!(poll_frame(&mut *camera, &mut image, Duration::from_millis(20)), Err(CameraError::Gone { .. }))
-            .then_some(())
+        matches!(
+            poll_frame(&mut *camera, &mut image, Duration::from_millis(20)),
+            Err(CameraError::Disconnected { .. })
+        )
+        .then_some(())
     });
     let again = poll_frame(&mut *camera, &mut image, Duration::from_millis(20));
-    assert!(matches!(again, Err(CameraError::Gone { .. })), "the loss is reported once, then {again:?}");
+    assert!(matches!(again, Err(CameraError::Disconnected { .. })), "the loss is reported once, then {again:?}");
     short("stop", || camera.stop()).ok();
     (cable.replug)();
     short("reconnect", || camera.reconnect()).ok();

@@ -352,7 +352,8 @@ fn an_unplugged_stage_reports_the_loss_until_it_is_reconnected(
         far_move(&mut *stage, profile);
     }
     (cable.unplug)();
-    let gone = |fault: &StageError| matches!(fault, StageError::Gone { .. } | StageError::NoReply { .. });
+    let gone =
+        |fault: &StageError| matches!(fault, StageError::Disconnected { .. } | StageError::NoResponse { .. });
     wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the unplugged cable is detected", || stage.poll().err().filter(gone));
     let again = stage.poll();
     assert!(again.is_err(), "the loss is reported once, then {again:?}");

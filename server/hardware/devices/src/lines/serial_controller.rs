@@ -136,7 +136,7 @@ impl<D: Dialogue> Controller<D> {
         });
         let for_thread = Arc::clone(&shared);
         let thread = time::spawn(name, move || run(&for_thread, line))
-            .map_err(|cause| StageError::Gone { reason: format!("no thread for {port_name}: {cause}") })?;
+            .map_err(|cause| StageError::Disconnected { reason: format!("no thread for {port_name}: {cause}") })?;
         let controller = Self { shared, thread: Some(thread) };
         controller.wait_opened(open_limit + OPEN_SLACK)?;
         Ok(Arc::new(controller))

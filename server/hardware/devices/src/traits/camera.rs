@@ -172,7 +172,7 @@ pub struct FrameInfo {
 pub enum CameraError {
     /// It does not respond; it must be reopened.
     #[error("the camera is disconnected: {reason}")]
-    Gone {
+    Disconnected {
         /// What was detected.
         reason: String,
     },
@@ -221,7 +221,7 @@ pub enum CameraError {
 impl Remedy for CameraError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::Gone { .. } => "check cable and power, then reconnect",
+            Self::Disconnected { .. } => "check cable and power, then reconnect",
             Self::WrongFrame { .. } => "set the region of interest again",
             Self::EndOfRecording => "start the replay again",
             Self::Unsupported { .. } | Self::NotTriggerable { .. } | Self::Unreadable { .. } => return None,
@@ -259,7 +259,7 @@ pub trait Camera: Send {
     /// exposure, each once.
     ///
     /// # Errors
-    /// [`CameraError::Gone`] if the camera does not respond: detected within two seconds, and returned by every later
+    /// [`CameraError::Disconnected`] if the camera does not respond: detected within two seconds, and returned by every later
     /// call.
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
 
@@ -278,7 +278,7 @@ pub trait Camera: Send {
     /// Ends acquisition. Works in every state.
     fn stop(&mut self) -> Result<(), CameraError>;
 
-    /// Starts to reconnect the camera after [`CameraError::Gone`] and returns at once; other calls return `Gone` until
+    /// Starts to reconnect the camera after [`CameraError::Disconnected`] and returns at once; other calls return `Disconnected` until
     /// it is connected. It is stopped afterwards, with its settings.
     fn reconnect(&mut self) -> Result<(), CameraError>;
 }

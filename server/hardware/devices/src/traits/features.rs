@@ -73,7 +73,7 @@ pub enum FeatureError {
     },
     /// It does not respond.
     #[error("the camera is disconnected: {reason}")]
-    Gone {
+    Disconnected {
         /// What was detected.
         reason: String,
     },
@@ -114,7 +114,7 @@ pub trait CameraDetails: Send + Sync {
     /// All features, in the camera's order.
     ///
     /// # Errors
-    /// [`FeatureError::Gone`].
+    /// [`FeatureError::Disconnected`].
     fn features(&self) -> Result<Vec<Feature>, FeatureError>;
 
     /// Sets a feature from text and returns it as read back. Features that were set are set again after a reconnection.

@@ -70,7 +70,7 @@ pub enum LaserError {
     },
     /// The controller refused or does not respond; whether the laser is on is unknown until it is connected again.
     #[error("the laser cannot be reached: {reason}")]
-    Gone {
+    Disconnected {
         /// What was detected.
         reason: String,
     },
@@ -82,7 +82,7 @@ impl Remedy for LaserError {
             Self::InterlockOpen => "close all doors and covers",
             Self::NotYet { .. } => "try again in a moment",
             Self::BadPower { .. } => "give a power above 0 and at most 1",
-            Self::Gone { .. } => "check cable and power, then reconnect",
+            Self::Disconnected { .. } => "check cable and power, then reconnect",
             Self::Controller(error) => return error.remedy(),
             Self::Fault { remedy, .. } => remedy,
         }))
@@ -121,7 +121,7 @@ pub trait Laser: Send {
     /// Its current state.
     fn poll(&mut self) -> Result<LaserState, LaserError>;
 
-    /// Starts to reconnect the laser and returns at once; [`Laser::poll`] returns [`LaserError::Gone`] until it is
+    /// Starts to reconnect the laser and returns at once; [`Laser::poll`] returns [`LaserError::Disconnected`] until it is
     /// connected. It is off afterwards.
     fn reconnect(&mut self) -> Result<(), LaserError>;
 }

@@ -166,7 +166,7 @@ pub enum StageError {
     Restarted,
     /// The controller does not respond.
     #[error("the stage did not answer within {waited_ms} ms to `{command}`")]
-    NoReply {
+    NoResponse {
         /// The line sent.
         command: String,
         /// How long the answer was awaited.
@@ -174,13 +174,13 @@ pub enum StageError {
     },
     /// Received data is not part of the protocol.
     #[error("the stage's controller sent `{received}`, which is not part of its protocol")]
-    Garbage {
+    Unreadable {
         /// The line, shortened.
         received: String,
     },
     /// It does not respond; it must be reopened.
     #[error("the stage is disconnected: {reason}")]
-    Gone {
+    Disconnected {
         /// What was detected.
         reason: String,
     },
@@ -208,8 +208,8 @@ impl Remedy for StageError {
             Self::Alarm { .. } => "remove the cause, clear the alarm and home the stage",
             Self::Warned { .. } => "remove the cause, clear the fault and home the stage",
             Self::Restarted => "home the stage",
-            Self::NoReply { .. } | Self::Gone { .. } => "check cable and power, then reconnect",
-            Self::Garbage { .. } => "check device and baud rate",
+            Self::NoResponse { .. } | Self::Disconnected { .. } => "check cable and power, then reconnect",
+            Self::Unreadable { .. } => "check device and baud rate",
             Self::WrongDevice { .. } => "connect the right device or change the configuration",
             Self::OutOfTravel { .. } | Self::Refused { .. } | Self::Rejected { .. } => return None,
         }))
@@ -275,7 +275,7 @@ pub trait Stage: Send {
     /// The fault itself, if only [`Stage::reconnect`] helps.
     fn clear_fault(&mut self) -> Result<(), StageError>;
 
-    /// Starts to reconnect the stage after [`StageError::Gone`] or [`StageError::NoReply`] and returns at once;
+    /// Starts to reconnect the stage after [`StageError::Disconnected`] or [`StageError::NoResponse`] and returns at once;
     /// [`Stage::poll`] returns the fault until it is connected. It is at rest afterwards and must be homed.
     fn reconnect(&mut self) -> Result<(), StageError>;
 }

@@ -25,7 +25,7 @@ fn a_camera_that_hangs_is_reported_as_disconnected_and_recovers_with_its_setting
     fake.hold();
     let held_at = Instant::now();
     let reason = until(&mut *camera, &mut image, "it is reported", |_, got| match got {
-        Err(CameraError::Gone { reason }) => Some(reason),
+        Err(CameraError::Disconnected { reason }) => Some(reason),
         _ => None,
     });
     assert!(held_at.elapsed() < REPORT_LIMIT + SLACK, "reported after {:?}", held_at.elapsed());
@@ -45,7 +45,7 @@ fn a_restart_of_an_idle_camera_is_detected() {
     let (mut image, set) = (blank(), camera.settings());
     fake.restart().unwrap();
     let reason = until(&mut *camera, &mut image, "it is reported", |_, got| match got {
-        Err(CameraError::Gone { reason }) => Some(reason),
+        Err(CameraError::Disconnected { reason }) => Some(reason),
         _ => None,
     });
     assert!(reason.contains("no longer controlled"), "{reason}");

@@ -89,7 +89,7 @@ impl DriverDevices {
             OpenError::Stage(error) => fault_of(&error.into()),
             OpenError::Laser(error) => fault_of(&error.into()),
             OpenError::Settings { what, remedy } => Some(fault(device, "wrong_device", what, &remedy)),
-            OpenError::Absent { what, remedy } => Some(fault(device, "gone", what, &remedy)),
+            OpenError::Absent { what, remedy } => Some(fault(device, "disconnected", what, &remedy)),
         }
     }
 }

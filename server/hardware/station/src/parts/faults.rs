@@ -29,7 +29,7 @@ pub fn fault(device: &'static str, kind: &'static str, detail: impl Into<String>
 
 fn camera_kind(error: &CameraError) -> Option<&'static str> {
     match error {
-        CameraError::Gone { .. } => Some("gone"),
+        CameraError::Disconnected { .. } => Some("disconnected"),
         CameraError::WrongFrame { .. } => Some("wrong_frame"),
         CameraError::Unreadable { .. } => Some("unreadable"),
         CameraError::Unsupported { .. } | CameraError::NotTriggerable { .. } | CameraError::EndOfRecording => None,
@@ -47,9 +47,9 @@ fn stage_kind(error: &StageError) -> Option<&'static str> {
         StageError::Stalled { .. } => Some("stalled"),
         StageError::Alarm { .. } | StageError::Warned { .. } => Some("alarm"),
         StageError::Restarted => Some("restarted"),
-        StageError::NoReply { .. } => Some("no_reply"),
-        StageError::Garbage { .. } => Some("garbage"),
-        StageError::Gone { .. } => Some("gone"),
+        StageError::NoResponse { .. } => Some("no_response"),
+        StageError::Unreadable { .. } => Some("unreadable"),
+        StageError::Disconnected { .. } => Some("disconnected"),
         StageError::WrongDevice { .. } => Some("wrong_device"),
     }
 }
@@ -58,7 +58,7 @@ fn laser_kind(error: &LaserError) -> Option<&'static str> {
     match error {
         LaserError::InterlockOpen => Some("interlock_open"),
         LaserError::Fault { .. } | LaserError::Controller(_) => Some("fault"),
-        LaserError::Gone { .. } => Some("gone"),
+        LaserError::Disconnected { .. } => Some("disconnected"),
         LaserError::BadPower { .. } | LaserError::NotYet { .. } => None,
     }
 }

@@ -314,15 +314,15 @@ impl Motion {
             return None;
         }
         let waited_ms = (now - self.begun_at).as_millis() as u64;
-        let no_reply = |command: &str| StageError::NoReply { command: command.to_owned(), waited_ms };
+        let no_response = |command: &str| StageError::NoResponse { command: command.to_owned(), waited_ms };
         Some(match self.goal? {
             MotionGoal::Move { target_mm, .. } => match self.position_mm() {
                 Some(actual_mm) => StageError::Stalled { target_mm, actual_mm },
                 None => StageError::NotHomed,
             },
-            MotionGoal::Home => no_reply("home"),
-            MotionGoal::Jog { .. } => no_reply("jog"),
-            MotionGoal::Rest => no_reply("stop"),
+            MotionGoal::Home => no_response("home"),
+            MotionGoal::Jog { .. } => no_response("jog"),
+            MotionGoal::Rest => no_response("stop"),
         })
     }
 }

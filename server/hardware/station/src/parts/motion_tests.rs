@@ -107,7 +107,7 @@ fn a_stop_may_take_as_long_as_a_slow_stage_brakes() {
     };
     // 40 mm/s at 10 mm/s².
     assert!(stopping(Some(10.0)).unwrap().is_none(), "it is still braking");
-    assert!(matches!(stopping(None), Err(StageError::NoReply { .. })));
+    assert!(matches!(stopping(None), Err(StageError::NoResponse { .. })));
 }
 
 #[test]

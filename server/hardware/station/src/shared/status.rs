@@ -67,7 +67,7 @@ pub enum LaserLight {
 pub struct Fault {
     /// `camera`, `stage`, `laser`.
     pub device: &'static str,
-    /// Stable identifier: `gone`, `stalled`, `alarm`, `no_reply`, …
+    /// Stable identifier: `disconnected`, `stalled`, `alarm`, `no_response`, …
     pub kind: &'static str,
     /// What happened.
     pub detail: String,

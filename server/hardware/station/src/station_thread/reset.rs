@@ -50,7 +50,10 @@ impl Station {
 
     /// Starts the recovery from a fault; whether it succeeded is checked later.
     fn start_recovery(&mut self, fault: &Fault) {
-        let lost = matches!(fault.kind, "gone" | "no_reply" | "garbage" | "wrong_device" | "silent" | "fault");
+        let lost = matches!(
+            fault.kind,
+            "disconnected" | "no_response" | "unreadable" | "wrong_device" | "silent" | "fault"
+        );
         let all = fault.device == "station";
         if let Some(camera) = self.camera.as_mut().filter(|_| all || fault.device == "camera") {
             let _ = if lost { camera.device().reconnect() } else { camera.stop() };

@@ -157,7 +157,7 @@ impl Station {
 
     /// Whether a device does not respond.
     pub(crate) fn is_unreachable(&self, device: &str) -> bool {
-        let silent = ["gone", "no_reply", "wrong_device", "silent"];
+        let silent = ["disconnected", "no_response", "wrong_device", "silent"];
         self.faults.iter().any(|fault| fault.device == device && silent.contains(&fault.kind))
     }
 }

@@ -181,7 +181,7 @@ impl Station {
         self.task = Some(Task::Light { since, reply });
         if late && off_requested {
             let reason = "it reports light although it was switched off".to_owned();
-            self.fail(LaserError::Gone { reason }.into());
+            self.fail(LaserError::Disconnected { reason }.into());
         }
     }
 

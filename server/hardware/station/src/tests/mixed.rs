@@ -64,7 +64,7 @@ fn a_driver_that_cannot_open_keeps_only_its_own_devices() {
     let status = bench.station.status();
     assert_eq!(status.state, MachineState::Preoperational);
     let named: Vec<_> = status.faults.iter().map(|fault| (fault.device, fault.kind)).collect();
-    assert_eq!(named, [("laser", "gone")]);
+    assert_eq!(named, [("laser", "disconnected")]);
     assert!(status.camera.connected && status.stage.connected && !status.laser.connected);
 }
 

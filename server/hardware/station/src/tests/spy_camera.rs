@@ -50,7 +50,7 @@ impl SpyCamera {
     fn check_connected(&mut self) -> Result<(), CameraError> {
         self.is_disconnected |= self.spy.is_unplugged.load(Ordering::SeqCst);
         match self.is_disconnected {
-            true => Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() }),
+            true => Err(CameraError::Disconnected { reason: "its cable was unplugged".to_owned() }),
             false => Ok(()),
         }
     }

@@ -64,7 +64,7 @@ impl TwinCamera {
         if !state.gone {
             return Ok(());
         }
-        Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() })
+        Err(CameraError::Disconnected { reason: "its cable was unplugged".to_owned() })
     }
 
     fn triggers(&self) -> Vec<Trigger> {

@@ -16,7 +16,7 @@ pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum DetectedFault {
     Fault,
-    Gone,
+    Disconnected,
 }
 
 /// State of the laser.
@@ -51,7 +51,9 @@ impl LaserWorld {
                 reason: "the laser driver is overheated".to_owned(),
                 remedy: "let it cool down, then reset the station",
             }),
-            DetectedFault::Gone => Some(LaserError::Gone { reason: "its cable was unplugged".to_owned() }),
+            DetectedFault::Disconnected => {
+                Some(LaserError::Disconnected { reason: "its cable was unplugged".to_owned() })
+            }
         }
     }
 }
@@ -61,7 +63,7 @@ impl World {
     pub(super) fn start_laser_fault(&mut self, fault: TwinFault, now: Instant) {
         match fault {
             TwinFault::LaserFault => self.laser.detected_fault = Some(DetectedFault::Fault),
-            TwinFault::LaserUnplugged => self.laser.detected_fault = Some(DetectedFault::Gone),
+            TwinFault::LaserUnplugged => self.laser.detected_fault = Some(DetectedFault::Disconnected),
             TwinFault::InterlockOpen => {}
             _ => return,
         }
@@ -152,7 +154,7 @@ impl Laser for TwinLaser {
         let mut world = self.world.lock();
         world.laser.turn_off(Instant::now());
         match world.laser.detected_fault {
-            Some(DetectedFault::Gone) => world.laser.error().map_or(Ok(()), Err),
+            Some(DetectedFault::Disconnected) => world.laser.error().map_or(Ok(()), Err),
             _ => Ok(()),
         }
     }

@@ -26,7 +26,7 @@ pub(super) type PositionSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 enum DetectedFault {
     Stalled { target_mm: f64, actual_mm: f64 },
     Silent { since: Instant },
-    Gone,
+    Disconnected,
 }
 
 /// Activity of the controller.
@@ -141,10 +141,12 @@ impl StageWorld {
     fn error(&self, command: &str, now: Instant) -> Option<StageError> {
         match self.detected_fault? {
             DetectedFault::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
-            DetectedFault::Gone => Some(StageError::Gone { reason: "its cable was unplugged".to_owned() }),
+            DetectedFault::Disconnected => {
+                Some(StageError::Disconnected { reason: "its cable was unplugged".to_owned() })
+            }
             DetectedFault::Silent { since } => (now.saturating_duration_since(since)
                 >= Duration::from_millis(SILENCE_MS))
-            .then(|| StageError::NoReply { command: command.to_owned(), waited_ms: SILENCE_MS }),
+            .then(|| StageError::NoResponse { command: command.to_owned(), waited_ms: SILENCE_MS }),
         }
     }
 
@@ -192,7 +194,7 @@ impl World {
             TwinFault::StageUnplugged => {
                 self.stage.brake(now);
                 self.stage.homed = false;
-                self.stage.detected_fault = Some(DetectedFault::Gone);
+                self.stage.detected_fault = Some(DetectedFault::Disconnected);
             }
             TwinFault::StageSilent => self.stage.detected_fault = Some(DetectedFault::Silent { since: now }),
             TwinFault::LostSteps { lost_mm } => self.stage.lost_mm = lost_mm,
@@ -405,7 +407,7 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     let stall_mm = world.stall_mm();
     world.stage.advance(stall_mm, now);
     match world.stage.detected_fault {
-        Some(DetectedFault::Silent { .. } | DetectedFault::Gone) => {
+        Some(DetectedFault::Silent { .. } | DetectedFault::Disconnected) => {
             world.stage.error("stop", now).map_or(Ok(()), Err)
         }
         _ => {

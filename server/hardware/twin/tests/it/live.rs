@@ -382,10 +382,10 @@ fn a_silent_stage_is_detected_within_a_second() {
         std::thread::sleep(Duration::from_millis(5));
     }
     assert!(watch.own_time() < Duration::from_secs(1)); // promises.md: serial faults
-    assert!(matches!(bench.stage.clear_fault(), Err(StageError::NoReply { .. })));
+    assert!(matches!(bench.stage.clear_fault(), Err(StageError::NoResponse { .. })));
     bench.control.clear_fault("stage_silent");
     assert!(
-        matches!(bench.stage.poll(), Err(StageError::NoReply { .. })),
+        matches!(bench.stage.poll(), Err(StageError::NoResponse { .. })),
         "the fault persists until the stage is reconnected"
     );
     bench.stage.reconnect().unwrap();

@@ -22,7 +22,7 @@ fn blank() -> GreyImage {
 fn calls_until_gone(camera: &mut V4l2Camera) -> (usize, String) {
     for n_calls in 1..=REPORTED_WITHIN_CALLS {
         match camera.next_frame(&mut blank(), CALL) {
-            Err(CameraError::Gone { reason }) => return (n_calls, reason),
+            Err(CameraError::Disconnected { reason }) => return (n_calls, reason),
             Err(other) => panic!("{other}"),
             Ok(_) => {}
         }
@@ -56,7 +56,7 @@ fn a_reconnected_camera_has_its_previous_settings() {
     calls_until_gone(&mut camera);
     camera.reconnect().unwrap();
     assert!(
-        matches!(camera.next_frame(&mut blank(), CALL), Err(CameraError::Gone { .. })),
+        matches!(camera.next_frame(&mut blank(), CALL), Err(CameraError::Disconnected { .. })),
         "it is not connected yet"
     );
     bench.replug();
@@ -76,5 +76,5 @@ fn a_refused_setting_is_not_a_fault_but_a_missing_camera_is() {
     assert!(matches!(refused, Err(CameraError::Unsupported { .. })), "{refused:?}");
     bench.unplug();
     let gone = camera.configure(&exposure);
-    assert!(matches!(gone, Err(CameraError::Gone { .. })), "{gone:?}");
+    assert!(matches!(gone, Err(CameraError::Disconnected { .. })), "{gone:?}");
 }

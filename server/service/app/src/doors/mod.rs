@@ -2,7 +2,7 @@
 //!
 //! The event log is the outbox: an event is stored in the transaction that caused it. Each door has a task that reads
 //! the log from the stored position of the door, delivers what the door wants, and stores the new position once the
-//! receiver has acknowledged ([`delivering`]). Nothing is pruned from the log before every configured door has passed
+//! receiver has acknowledged (`delivering.rs`). Nothing is pruned from the log before every configured door has passed
 //! it. What a receiver refuses is set aside and tried again on its own; finally it is a dead letter that a user resends
 //! or deletes. Delivery never delays a scan or an inspection.
 
@@ -21,13 +21,14 @@ pub use delivery::Delivery;
 pub use door::{BadSetting, Door, Undelivered};
 pub use filter::EventFilter;
 pub use params::EVENTS_KEPT_FOR_DOORS;
-pub use store::EventRecord;
+pub use station::wall_clock::now_ms;
+pub use store::{Change, EventRecord, IdempotencyRecord};
 
 pub use crate::resources::inspections::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};
 
 use std::sync::Arc;
 
-use store::{Change, DeliveryFilter, DeliveryRecord, DeliveryState, Listed};
+use store::{DeliveryFilter, DeliveryRecord, DeliveryState, Listed};
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;

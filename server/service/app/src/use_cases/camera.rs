@@ -110,7 +110,9 @@ impl From<FeatureError> for AppError {
                 ErrorKind::Impossible,
                 "check its range, entries and access mode; some features need the live view to be ended",
             ),
-            FeatureError::Gone { .. } => (ErrorKind::DeviceFault, "check cable and power, then reset the station"),
+            FeatureError::Disconnected { .. } => {
+                (ErrorKind::DeviceFault, "check cable and power, then reset the station")
+            }
         };
         Self::new(kind, error.to_string()).remedy(remedy)
     }

@@ -2,7 +2,7 @@
 //!
 //! A PLC reads the state of the station and one result at a time, and writes commands. The registers are listed once, in
 //! [`register_map`]; server and documentation follow from that list. The handshake is a state machine without network and
-//! clock ([`handshake`]); the server decodes requests and applies each to it under one lock, so that no read is torn.
+//! clock (`handshake`); the server decodes requests and applies each to it under one lock, so that no read is torn.
 //!
 //! Deliveries: a result is shown until the PLC acknowledges it, and shown again after a restart if that was not stored.
 //! Its number derives from that of the inspection, so that a PLC recognises a repetition.

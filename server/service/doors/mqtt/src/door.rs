@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use app::App;
-use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, Undelivered};
+use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, Undelivered, now_ms};
 use async_trait::async_trait;
 use tokio::sync::watch;
 
@@ -13,7 +13,7 @@ use crate::options::options;
 use crate::params::{MESSAGE_EXPIRY_S, Times};
 use crate::presence::report;
 use crate::settings::Settings;
-use crate::station::{Condition, FaultMessage, now_ms, offline};
+use crate::station::{Condition, FaultMessage, offline};
 use crate::topics::Topics;
 
 /// Publishes events to a broker.

@@ -1,8 +1,6 @@
 //! What is published about the station: its state and its health.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use app::doors::utc;
+use app::doors::{now_ms, utc};
 use serde::Serialize;
 use serde_json::json;
 
@@ -25,7 +23,7 @@ pub struct Condition {
 pub struct FaultMessage {
     /// `camera`, `stage`, `laser`.
     pub device: &'static str,
-    /// `gone`, `stalled`, `alarm`, …
+    /// `disconnected`, `stalled`, `alarm`, …
     pub kind: &'static str,
     /// What happened.
     pub detail: String,
@@ -72,12 +70,6 @@ pub fn health(topics: &Topics, faults: &[FaultMessage]) -> Message {
     let at_ms = now_ms();
     let message = json!({ "schema": "sheaf-health/1", "faults": faults, "timestamp": utc(at_ms), "at_ms": at_ms });
     retained(topics.health(), message.to_string())
-}
-
-/// Milliseconds since 1970, as a label.
-pub fn now_ms() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
 }
 
 fn retained(topic: String, payload: String) -> Message {

@@ -94,7 +94,7 @@ impl Driver for GrblDriver {
     fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
         let (stage, laser) = open(&self.config()).map_err(|error| match wanted.stage {
             true => OpenError::Stage(error),
-            false => OpenError::Laser(LaserError::Gone { reason: error.to_string() }),
+            false => OpenError::Laser(LaserError::Disconnected { reason: error.to_string() }),
         })?;
         Ok(Opened {
             camera: None,

@@ -19,9 +19,9 @@ pub enum Fault {
     Restarted,
     Stalled { target_mm: f64, actual_mm: f64 },
     StrayLight,
-    NoReply { command: String, waited_ms: u64 },
-    Garbage { received: String },
-    Gone { reason: String },
+    NoResponse { command: String, waited_ms: u64 },
+    Unreadable { received: String },
+    Disconnected { reason: String },
     WrongDevice { port_name: String, expected: String, found: String },
 }
 
@@ -29,7 +29,10 @@ impl Fault {
     /// Whether only reopening the line helps.
     pub fn needs_reconnect(&self) -> bool {
         match self {
-            Fault::NoReply { .. } | Fault::Garbage { .. } | Fault::Gone { .. } | Fault::WrongDevice { .. } => true,
+            Fault::NoResponse { .. }
+            | Fault::Unreadable { .. }
+            | Fault::Disconnected { .. }
+            | Fault::WrongDevice { .. } => true,
             Fault::Alarm { .. }
             | Fault::Refused { .. }
             | Fault::Restarted
@@ -53,12 +56,12 @@ impl Fault {
             }
             Fault::Restarted => StageError::Restarted,
             Fault::Stalled { target_mm, actual_mm } => StageError::Stalled { target_mm, actual_mm },
-            Fault::StrayLight => StageError::Gone {
+            Fault::StrayLight => StageError::Disconnected {
                 reason: "the laser was on without a request; the controller was reset".to_owned(),
             },
-            Fault::NoReply { command, waited_ms } => StageError::NoReply { command, waited_ms },
-            Fault::Garbage { received } => StageError::Garbage { received },
-            Fault::Gone { reason } => StageError::Gone { reason },
+            Fault::NoResponse { command, waited_ms } => StageError::NoResponse { command, waited_ms },
+            Fault::Unreadable { received } => StageError::Unreadable { received },
+            Fault::Disconnected { reason } => StageError::Disconnected { reason },
             Fault::WrongDevice { port_name, expected, found } => {
                 StageError::WrongDevice { port_name, expected, found }
             }
@@ -69,7 +72,7 @@ impl Fault {
     pub fn for_laser(&self) -> LaserError {
         let fault = self.for_stage();
         if self.needs_reconnect() {
-            LaserError::Gone { reason: fault.to_string() }
+            LaserError::Disconnected { reason: fault.to_string() }
         } else {
             LaserError::Controller(fault)
         }

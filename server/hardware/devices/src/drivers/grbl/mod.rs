@@ -132,7 +132,7 @@ impl GrblConfig {
 /// Takes as long as the board needs to restart, at most [`GrblConfig::open_limit`], unlike all later calls.
 ///
 /// # Errors
-/// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
+/// [`StageError::Disconnected`] without a port, [`StageError::NoResponse`] from a silent one, [`StageError::WrongDevice`] if
 /// identity, units, steps, travel or laser mode are not as configured.
 pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))

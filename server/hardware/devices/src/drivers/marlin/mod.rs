@@ -89,7 +89,7 @@ impl MarlinConfig {
 /// Opens the controller: laser off, at rest, checked; the stage is not homed.
 ///
 /// # Errors
-/// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
+/// [`StageError::Disconnected`] without a port, [`StageError::NoResponse`] from a silent one, [`StageError::WrongDevice`] if
 /// identity, steps, travel or emergency parser are not as required.
 pub fn open(config: &MarlinConfig) -> Result<(MarlinStage, MarlinLaser), StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))

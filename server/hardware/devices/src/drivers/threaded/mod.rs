@@ -203,7 +203,7 @@ impl State {
 }
 
 fn gone(reason: String) -> CameraError {
-    CameraError::Gone { reason }
+    CameraError::Disconnected { reason }
 }
 
 impl Shared {

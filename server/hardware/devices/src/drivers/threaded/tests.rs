@@ -162,7 +162,7 @@ fn request_until(
 }
 
 fn is_gone<T>(outcome: &Result<T, CameraError>) -> bool {
-    matches!(outcome, Err(CameraError::Gone { .. }))
+    matches!(outcome, Err(CameraError::Disconnected { .. }))
 }
 
 #[test]

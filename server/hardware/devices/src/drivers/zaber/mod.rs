@@ -87,7 +87,7 @@ impl ZaberConfig {
 /// Opens the device: at rest, checked; the stage is not homed.
 ///
 /// # Errors
-/// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
+/// [`StageError::Disconnected`] without a port, [`StageError::NoResponse`] from a silent one, [`StageError::WrongDevice`] if
 /// serial number, axis or travel are not as configured.
 pub fn open(config: &ZaberConfig) -> Result<ZaberStage, StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))

@@ -34,14 +34,14 @@ fn cell(scenario: Scenario, fault: TwinFault, reaction: Reaction) {
     );
 }
 
-const CAMERA_GONE: Reaction = Reported("camera", "gone");
+const CAMERA_DISCONNECTED: Reaction = Reported("camera", "disconnected");
 const LASER_FAULT: Reaction = Reported("laser", "fault");
 
 cells! { cell;
     belt_stops: TwinFault::BeltStops => absent: Continues, ready: Continues, live: Continues, scanning: EndsScan;
     lost_triggers: TwinFault::LostFrames { every: 4 } => absent: Continues, ready: Continues, live: Continues, scanning: Continues;
     camera_unplugged: TwinFault::CameraUnplugged =>
-        absent: CAMERA_GONE, ready: CAMERA_GONE, live: CAMERA_GONE, scanning: CAMERA_GONE;
+        absent: CAMERA_DISCONNECTED, ready: CAMERA_DISCONNECTED, live: CAMERA_DISCONNECTED, scanning: CAMERA_DISCONNECTED;
     laser_fault: TwinFault::LaserFault =>
         absent: LASER_FAULT, ready: LASER_FAULT, live: LASER_FAULT, scanning: LASER_FAULT;
 }

@@ -139,19 +139,19 @@ fn genicam(scenario: Scenario, fault: InjectedFault, reaction: Reaction) {
     );
 }
 
-const GONE: Reaction = Reported("camera", "gone");
+const DISCONNECTED: Reaction = Reported("camera", "disconnected");
 /// In a sweep missing frames are a fault at once.
-const SILENT_OR_GONE: Reaction = ReportedEither("camera", ["silent", "gone"]);
+const SILENT_OR_DISCONNECTED: Reaction = ReportedEither("camera", ["silent", "disconnected"]);
 
 cells! { genicam;
     unplugged: InjectedFault::Unplugged =>
-        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: DISCONNECTED, ready: DISCONNECTED, live: DISCONNECTED, scanning: SILENT_OR_DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     hang: InjectedFault::Hang =>
-        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: DISCONNECTED, ready: DISCONNECTED, live: DISCONNECTED, scanning: SILENT_OR_DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     restart: InjectedFault::Restart =>
-        ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        ready: DISCONNECTED, live: DISCONNECTED, scanning: SILENT_OR_DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     lost_packets: InjectedFault::LostPackets =>
         absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
         homing: Continues;
-    controlled_elsewhere: InjectedFault::ControlledElsewhere => absent: GONE;
+    controlled_elsewhere: InjectedFault::ControlledElsewhere => absent: DISCONNECTED;
 }

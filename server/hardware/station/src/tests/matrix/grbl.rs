@@ -46,30 +46,30 @@ impl Controller for Grbl {
     }
 }
 
-const NO_REPLY: Reaction = Reported("stage", "no_reply");
-const GARBAGE: Reaction = Reported("stage", "garbage");
+const NO_RESPONSE: Reaction = Reported("stage", "no_response");
+const UNREADABLE: Reaction = Reported("stage", "unreadable");
 const ALARM: Reaction = Reported("stage", "alarm");
-const GONE: Reaction = Reported("stage", "gone");
+const DISCONNECTED: Reaction = Reported("stage", "disconnected");
 const RESTARTED: Reaction = Reported("stage", "restarted");
 const STALLED: Reaction = Reported("stage", "stalled");
 const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { grbl;
     silence: Silence =>
-        absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY, jogging: NO_REPLY;
+        absent: NO_RESPONSE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE, jogging: NO_RESPONSE;
     garbage: Garbage =>
-        absent: WRONG_DEVICE, ready: GARBAGE, live: GARBAGE, scanning: GARBAGE, calibrating: GARBAGE, jogging: GARBAGE;
+        absent: WRONG_DEVICE, ready: UNREADABLE, live: UNREADABLE, scanning: UNREADABLE, calibrating: UNREADABLE, jogging: UNREADABLE;
     alarm: Specific(Event::Alarm(1)) =>
         absent: Continues, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
     unplugged: Unplugged =>
-        absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: DISCONNECTED, ready: DISCONNECTED, live: DISCONNECTED, scanning: DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     restart: Restart =>
         ready: RESTARTED, live: RESTARTED, scanning: RESTARTED, calibrating: RESTARTED, jogging: RESTARTED,
         homing: RESTARTED;
     stall: Specific(Event::Stall) =>
         ready: Continues, live: Continues, scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     other_device: OtherDevice =>
-        absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: WRONG_DEVICE, ready: DISCONNECTED, live: DISCONNECTED, scanning: DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
 }
 
 fn grbl(scenario: Scenario, fault: super::controllers::InjectedFault<Event>, reaction: Reaction) {

@@ -48,33 +48,33 @@ impl Controller for Marlin {
     }
 }
 
-const NO_REPLY: Reaction = Reported("stage", "no_reply");
+const NO_RESPONSE: Reaction = Reported("stage", "no_response");
 const ENDSTOP: Reaction = Reported("stage", "alarm");
-const GONE: Reaction = Reported("stage", "gone");
+const DISCONNECTED: Reaction = Reported("stage", "disconnected");
 const RESTARTED: Reaction = Reported("stage", "restarted");
 const STALLED: Reaction = Reported("stage", "stalled");
 const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { marlin;
     silence: Silence =>
-        absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
-        jogging: NO_REPLY, homing: NO_REPLY;
+        absent: NO_RESPONSE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE,
+        jogging: NO_RESPONSE, homing: NO_RESPONSE;
     garbage: Garbage =>
-        absent: WRONG_DEVICE, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
-        jogging: NO_REPLY, homing: NO_REPLY;
+        absent: WRONG_DEVICE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE,
+        jogging: NO_RESPONSE, homing: NO_RESPONSE;
     endstop: Specific(Event::EndstopHit) =>
         scanning: ENDSTOP, calibrating: ENDSTOP, jogging: ENDSTOP;
     kill: Specific(Event::Kill) =>
-        absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: DISCONNECTED, ready: DISCONNECTED, live: DISCONNECTED, scanning: DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     unplugged: Unplugged =>
-        absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: DISCONNECTED, ready: DISCONNECTED, live: DISCONNECTED, scanning: DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
     restart: Specific(Event::ResetButton) =>
         ready: RESTARTED, live: RESTARTED, scanning: RESTARTED, calibrating: RESTARTED, jogging: RESTARTED,
         homing: RESTARTED;
     stall: Specific(Event::Stuck) =>
         scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     other_device: OtherDevice =>
-        absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: WRONG_DEVICE, ready: DISCONNECTED, live: DISCONNECTED, scanning: DISCONNECTED, calibrating: DISCONNECTED, jogging: DISCONNECTED, homing: DISCONNECTED;
 }
 
 fn marlin(scenario: Scenario, fault: InjectedFault<Event>, reaction: Reaction) {

@@ -59,23 +59,23 @@ fn cell(scenario: Scenario, fault: TwinFault, reaction: Reaction) {
     );
 }
 
-const CAMERA_GONE: Reaction = Reported("camera", "gone");
+const CAMERA_DISCONNECTED: Reaction = Reported("camera", "disconnected");
 const WRONG_FRAME: Reaction = Reported("camera", "wrong_frame");
 const SILENT_AT_USE: Reaction = ReportedAtUse("camera", "silent");
 const WRONG_AT_USE: Reaction = ReportedAtUse("camera", "wrong_frame");
 const STALLED_AT_USE: Reaction = ReportedAtUse("stage", "stalled");
 const SILENT: Reaction = Reported("camera", "silent");
-const NO_REPLY: Reaction = Reported("stage", "no_reply");
-const STAGE_GONE: Reaction = Reported("stage", "gone");
+const NO_RESPONSE: Reaction = Reported("stage", "no_response");
+const STAGE_DISCONNECTED: Reaction = Reported("stage", "disconnected");
 const STALLED: Reaction = Reported("stage", "stalled");
 const LASER_FAULT: Reaction = Reported("laser", "fault");
-const LASER_GONE: Reaction = Reported("laser", "gone");
+const LASER_DISCONNECTED: Reaction = Reported("laser", "disconnected");
 const INTERLOCK: Reaction = Reported("laser", "interlock_open");
 
 cells! { cell;
     camera_unplugged: TwinFault::CameraUnplugged =>
-        absent: CAMERA_GONE, ready: CAMERA_GONE, live: CAMERA_GONE, scanning: CAMERA_GONE, calibrating: CAMERA_GONE,
-        jogging: CAMERA_GONE, homing: CAMERA_GONE;
+        absent: CAMERA_DISCONNECTED, ready: CAMERA_DISCONNECTED, live: CAMERA_DISCONNECTED, scanning: CAMERA_DISCONNECTED, calibrating: CAMERA_DISCONNECTED,
+        jogging: CAMERA_DISCONNECTED, homing: CAMERA_DISCONNECTED;
     camera_hang: TwinFault::CameraHang =>
         absent: SILENT_AT_USE, ready: SILENT_AT_USE, live: SILENT, scanning: SILENT, calibrating: SILENT,
         jogging: Continues, homing: Continues;
@@ -89,11 +89,11 @@ cells! { cell;
         absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
         homing: Continues;
     stage_silent: TwinFault::StageSilent =>
-        absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
-        jogging: NO_REPLY, homing: NO_REPLY;
+        absent: NO_RESPONSE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE,
+        jogging: NO_RESPONSE, homing: NO_RESPONSE;
     stage_unplugged: TwinFault::StageUnplugged =>
-        absent: STAGE_GONE, ready: STAGE_GONE, live: STAGE_GONE, scanning: STAGE_GONE, calibrating: STAGE_GONE,
-        jogging: STAGE_GONE, homing: STAGE_GONE;
+        absent: STAGE_DISCONNECTED, ready: STAGE_DISCONNECTED, live: STAGE_DISCONNECTED, scanning: STAGE_DISCONNECTED, calibrating: STAGE_DISCONNECTED,
+        jogging: STAGE_DISCONNECTED, homing: STAGE_DISCONNECTED;
     stage_stall: TwinFault::StageStall { at_mm: 5.0 } =>
         absent: STALLED_AT_USE, ready: STALLED_AT_USE, live: STALLED_AT_USE, scanning: STALLED, calibrating: STALLED,
         jogging: STALLED, homing: STALLED;
@@ -104,8 +104,8 @@ cells! { cell;
         absent: LASER_FAULT, ready: LASER_FAULT, live: LASER_FAULT, scanning: LASER_FAULT, calibrating: LASER_FAULT,
         jogging: LASER_FAULT, homing: LASER_FAULT;
     laser_unplugged: TwinFault::LaserUnplugged =>
-        absent: LASER_GONE, ready: LASER_GONE, live: LASER_GONE, scanning: LASER_GONE, calibrating: LASER_GONE,
-        jogging: LASER_GONE, homing: LASER_GONE;
+        absent: LASER_DISCONNECTED, ready: LASER_DISCONNECTED, live: LASER_DISCONNECTED, scanning: LASER_DISCONNECTED, calibrating: LASER_DISCONNECTED,
+        jogging: LASER_DISCONNECTED, homing: LASER_DISCONNECTED;
     interlock_open: TwinFault::InterlockOpen =>
         absent: Continues, ready: Continues, live: INTERLOCK, scanning: INTERLOCK, calibrating: INTERLOCK, jogging: Continues,
         homing: Continues;

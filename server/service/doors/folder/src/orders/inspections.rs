@@ -1,12 +1,12 @@
 //! What the orders need of the service: start an inspection, exactly once per key.
 
 use app::App;
+use app::doors::{Change, IdempotencyRecord, now_ms};
 use app::error::{AppError, ErrorKind};
 use app::principal::Principal;
 use app::{hash_hex, use_cases};
 use async_trait::async_trait;
-use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::orders::order::Order;
 
@@ -72,7 +72,7 @@ impl Inspections for AppInspections {
     }
 
     async fn start(&self, file: &str, order: &Order, key: &str) -> Result<(), AppError> {
-        let stored = stored(file, order, key)?;
+        let stored = Change::InsertIdempotency(stored(file, order, key));
         let by = Principal::local(&self.door, file, None);
         let (app, recipe, part) = (self.app.clone(), order.recipe.clone(), order.part.clone());
         // Runs to completion when the door is closed meanwhile.
@@ -85,32 +85,20 @@ impl Inspections for AppInspections {
     }
 
     async fn forget(&self, key: &str) -> Result<(), AppError> {
-        let freed = change(json!({ "AnswerIdempotency": { "key": key, "answer": null } }))?;
+        let freed = Change::AnswerIdempotency { key: key.to_owned(), answer: None };
         self.app.catalogue.commit(vec![freed]).await?;
         Ok(())
     }
 }
 
-/// The change that stores a key.
-fn stored<T: DeserializeOwned>(file: &str, order: &Order, key: &str) -> Result<T, AppError> {
-    change(json!({ "InsertIdempotency": {
-        "key": key,
-        "body_sha256": hash_hex(order.identity.as_bytes()),
-        "answer": { "file": file, "row": order.row },
-        "created_at_ms": now_ms(),
-    }}))
-}
-
-/// A change of the store from its serialised form: a door does not depend on the store, whose types are not named here.
-fn change<T: DeserializeOwned>(serialised: Value) -> Result<T, AppError> {
-    serde_json::from_value(serialised).map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the record of an order cannot be stored").because(cause.to_string())
-    })
-}
-
-fn now_ms() -> i64 {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+/// The record of a key.
+fn stored(file: &str, order: &Order, key: &str) -> IdempotencyRecord {
+    IdempotencyRecord {
+        key: key.to_owned(),
+        body_sha256: hash_hex(order.identity.as_bytes()),
+        answer: json!({ "file": file, "row": order.row }),
+        created_at_ms: now_ms(),
+    }
 }
 
 #[cfg(test)]
@@ -141,7 +129,9 @@ mod tests {
         process(async {
             let inspections = inspections(&folder).await;
             assert!(!inspections.is_started(&key).await.unwrap());
-            let store = || inspections.app.catalogue.commit(vec![stored("a.json", &order, &key).unwrap()]);
+            let store = || {
+                inspections.app.catalogue.commit(vec![Change::InsertIdempotency(stored("a.json", &order, &key))])
+            };
             store().await.unwrap();
             // The same key again would be an inspection started twice.
             store().await.unwrap_err();

@@ -87,7 +87,7 @@ async fn faults_are_published_when_they_change_but_not_more_often_than_allowed()
     assert_eq!((&first.payload["schema"], &first.payload["faults"]), (&json!("sheaf-health/1"), &json!([])));
     let fault = FaultMessage {
         device: "camera",
-        kind: "gone",
+        kind: "disconnected",
         detail: "no frames".to_owned(),
         remedy: "check the cable".to_owned(),
         since_ms: 0,
@@ -105,7 +105,7 @@ async fn faults_are_published_when_they_change_but_not_more_often_than_allowed()
     let most = begun.elapsed().as_secs_f64() / times().health_interval.as_secs_f64() + 2.0;
     assert!(arrived.len() > 3 && (arrived.len() as f64) <= most, "{} of at most {most}", arrived.len());
     let expected = json!([{
-        "device": "camera", "kind": "gone", "detail": "no frames", "remedy": "check the cable",
+        "device": "camera", "kind": "disconnected", "detail": "no frames", "remedy": "check the cable",
         "since_ms": N_CHANGES - 1,
     }]);
     assert_eq!(arrived.last().unwrap().payload["faults"], expected);

@@ -43,7 +43,7 @@ pub struct FaultDto {
     /// `camera`, `stage`, `laser`.
     pub device: &'static str,
     /// A stable code.
-    #[schema(example = "gone")]
+    #[schema(example = "disconnected")]
     pub kind: &'static str,
     /// What happened.
     pub detail: String,

@@ -39,7 +39,7 @@ impl Dialogue for Session {
     }
 
     fn line_lost(&mut self, reason: String) {
-        self.down(Fault::Gone { reason });
+        self.down(Fault::Disconnected { reason });
     }
 
     fn received(&mut self, bytes: &[u8], now: Instant) {

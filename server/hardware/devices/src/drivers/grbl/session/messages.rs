@@ -195,7 +195,7 @@ impl Session {
         }
         if matches!(report.state, MachineState::Sleep | MachineState::Check) {
             let reason = format!("the controller is in the state {:?}", report.state);
-            return self.down(Fault::Gone { reason });
+            return self.down(Fault::Disconnected { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
         // The report was generated between query and answer.
@@ -334,7 +334,7 @@ impl Session {
         self.garbage_at.retain(|at| now - *at < GRBL_GARBAGE_WINDOW);
         self.garbage_at.push_back(now);
         if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
-            self.down(Fault::Garbage { received });
+            self.down(Fault::Unreadable { received });
         }
     }
 }

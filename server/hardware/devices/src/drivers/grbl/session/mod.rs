@@ -363,5 +363,5 @@ pub fn stop_bytes(byte: u8) -> &'static [u8] {
 }
 
 fn being_opened() -> Fault {
-    Fault::Gone { reason: "it is being opened".to_owned() }
+    Fault::Disconnected { reason: "it is being opened".to_owned() }
 }

@@ -55,7 +55,7 @@ impl Session {
     /// The line could not be opened.
     pub fn line_unopened(&mut self, reason: String) {
         self.should_be_open = false;
-        self.down(Fault::Gone { reason });
+        self.down(Fault::Disconnected { reason });
     }
 
     pub(super) fn opening_message(&mut self, message: Message, began_at: Instant, now: Instant) {
@@ -155,7 +155,7 @@ impl Session {
                 Step::Report => "?",
             };
             let waited_ms = waited.as_millis() as u64;
-            return self.down(Fault::NoReply { command: command.to_owned(), waited_ms });
+            return self.down(Fault::NoResponse { command: command.to_owned(), waited_ms });
         }
         if opening.step == Step::Banner && now - opening.reset_at > GRBL_RESET_PERIOD {
             opening.reset_at = now;

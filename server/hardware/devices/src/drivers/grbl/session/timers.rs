@@ -162,7 +162,7 @@ impl Session {
         }
         let missed = self.reset_unanswered(now).or_else(|| self.line_unanswered(now)).or_else(|| self.silent(now));
         if let Some((command, since)) = missed {
-            self.down(Fault::NoReply { command, waited_ms: (now - since).as_millis() as u64 });
+            self.down(Fault::NoResponse { command, waited_ms: (now - since).as_millis() as u64 });
         }
     }
 

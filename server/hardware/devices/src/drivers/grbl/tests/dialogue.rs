@@ -101,9 +101,9 @@ fn a_silent_controller_and_a_missing_port_are_distinguished() {
     let mut bench = default_bench();
     bench.config.open_limit = Duration::from_millis(300);
     bench.simulator.fail(LineFault::Silence);
-    assert!(matches!(bench.refusal(), StageError::NoReply { .. }));
+    assert!(matches!(bench.refusal(), StageError::NoResponse { .. }));
     bench.config.port.push_str("-elsewhere");
-    assert!(matches!(bench.refusal(), StageError::Gone { .. }));
+    assert!(matches!(bench.refusal(), StageError::Disconnected { .. }));
 }
 
 #[test]

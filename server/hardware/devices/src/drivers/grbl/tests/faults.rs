@@ -58,24 +58,24 @@ macro_rules! one_dialect {
 }
 
 cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
-    silence_when_ready: Silence, Ready => StageError::NoReply { .. },
-    silence_while_moving: Silence, Moving => StageError::NoReply { .. },
-    silence_while_emitting: Silence, Emitting => StageError::NoReply { .. },
-    silence_while_emitting_and_moving: Silence, EmittingAndMoving => StageError::NoReply { .. },
-    garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_emitting: Garbage, Emitting => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    silence_when_ready: Silence, Ready => StageError::NoResponse { .. },
+    silence_while_moving: Silence, Moving => StageError::NoResponse { .. },
+    silence_while_emitting: Silence, Emitting => StageError::NoResponse { .. },
+    silence_while_emitting_and_moving: Silence, EmittingAndMoving => StageError::NoResponse { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_emitting: Garbage, Emitting => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Unreadable { .. } | StageError::NoResponse { .. },
     an_alarm_when_ready: HardLimit, Ready => StageError::Alarm { code: 1, .. },
     an_alarm_while_moving: HardLimit, Moving => StageError::Alarm { code: 1, .. },
     an_alarm_while_homing: HardLimit, Homing => StageError::Alarm { code: 1, .. },
     an_alarm_while_emitting: HardLimit, Emitting => StageError::Alarm { code: 1, .. },
     an_alarm_while_emitting_and_moving: HardLimit, EmittingAndMoving => StageError::Alarm { code: 1, .. },
-    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
-    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
-    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
-    a_pulled_cable_while_emitting: Unplugged, Emitting => StageError::Gone { .. },
-    a_pulled_cable_while_emitting_and_moving: Unplugged, EmittingAndMoving => StageError::Gone { .. },
+    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Disconnected { .. },
+    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Disconnected { .. },
+    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Disconnected { .. },
+    a_pulled_cable_while_emitting: Unplugged, Emitting => StageError::Disconnected { .. },
+    a_pulled_cable_while_emitting_and_moving: Unplugged, EmittingAndMoving => StageError::Disconnected { .. },
     a_restart_when_ready: Restart, Ready => StageError::Restarted,
     a_restart_while_moving: Restart, Moving => StageError::Restarted,
     a_restart_while_homing: Restart, Homing => StageError::Restarted,
@@ -83,14 +83,14 @@ cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
     a_restart_while_emitting_and_moving: Restart, EmittingAndMoving => StageError::Restarted,
     a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
     a_stall_while_emitting_and_moving: Stall, EmittingAndMoving => StageError::Stalled { .. },
-    another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
-    another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
+    another_device_when_ready: AnotherDevice, Ready => StageError::Disconnected { .. } | StageError::WrongDevice { .. },
+    another_device_while_moving: AnotherDevice, Moving => StageError::Disconnected { .. } | StageError::WrongDevice { .. },
 }}
 
 // GRBL 1.1 answers nothing while homing; the silence of the others is detected.
 cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
-    silence_while_homing: Silence, Homing => StageError::NoReply { .. },
-    garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
+    silence_while_homing: Silence, Homing => StageError::NoResponse { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Unreadable { .. } | StageError::NoResponse { .. },
 }}
 
 fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
@@ -187,7 +187,7 @@ fn homing_that_never_ends_is_reported_at_the_homing_limit() {
     stage.start_home().unwrap();
     wait_until(Duration::from_millis(400) + SLACK, "the limit is noticed", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
-    assert!(matches!(&fault, StageError::NoReply { command, .. } if command == "$H"), "{fault}");
+    assert!(matches!(&fault, StageError::NoResponse { command, .. } if command == "$H"), "{fault}");
 }
 
 #[test]

@@ -102,7 +102,7 @@ fn a_lost_connection_is_reported_within_a_second_and_returns_unhomed() {
     stage.start_move(4.0, 4.0).unwrap();
     bridge.cut();
     wait_until(Duration::from_secs(1), "it is noticed", || stage.poll().is_err());
-    assert!(matches!(stage.poll(), Err(StageError::Gone { .. })), "{:?}", stage.poll());
+    assert!(matches!(stage.poll(), Err(StageError::Disconnected { .. })), "{:?}", stage.poll());
     stage.reconnect().unwrap();
     wait_until(Duration::from_secs(5), "it is reconnected", || stage.poll().is_ok());
     let state = stage.poll().unwrap();

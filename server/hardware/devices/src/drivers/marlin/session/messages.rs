@@ -38,7 +38,7 @@ impl Session {
             Message::Halted(text) => {
                 self.laser_lease = None;
                 let reason = format!("it halted itself: {}; press its reset button", shortened(&text));
-                self.down(StageError::Gone { reason });
+                self.down(StageError::Disconnected { reason });
             }
             Message::Error(text) => self.warned("Error", &text, now),
             Message::EndstopHit(text) => self.warned("endstop", &text, now),
@@ -77,7 +77,7 @@ impl Session {
             }
             // It counts from the beginning: another controller, or the same after a reset whose banner was lost.
             _ if number <= 1 => self.down(StageError::Restarted),
-            _ => self.down(StageError::Garbage { received: format!("Resend: {number}") }),
+            _ => self.down(StageError::Unreadable { received: format!("Resend: {number}") }),
         }
     }
 
@@ -217,7 +217,7 @@ impl Session {
         self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
         self.garbage_at.push_back(now);
         if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
-            self.down(StageError::Garbage { received });
+            self.down(StageError::Unreadable { received });
         }
     }
 }

@@ -268,11 +268,11 @@ impl Session {
 const HALT: &[u8] = b"\nM112\nM112\nM112\n";
 
 fn being_opened() -> StageError {
-    StageError::Gone { reason: "it is being opened".to_owned() }
+    StageError::Disconnected { reason: "it is being opened".to_owned() }
 }
 
 fn halted(why: &str) -> StageError {
-    StageError::Gone { reason: format!("{why}; press its reset button") }
+    StageError::Disconnected { reason: format!("{why}; press its reset button") }
 }
 
 /// Converts a fault of the line to the laser's error.
@@ -281,6 +281,6 @@ fn for_laser(fault: &StageError) -> LaserError {
         StageError::Rejected { .. } | StageError::Stalled { .. } | StageError::Warned { .. } => {
             LaserError::Controller(fault.clone())
         }
-        _ => LaserError::Gone { reason: fault.to_string() },
+        _ => LaserError::Disconnected { reason: fault.to_string() },
     }
 }

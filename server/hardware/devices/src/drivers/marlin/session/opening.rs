@@ -120,7 +120,7 @@ impl Session {
         }
         if waited > self.config.open_limit {
             let command = self.pending.as_ref().map_or("M115", |pending| pending.queued.text.as_str()).to_owned();
-            return self.down(StageError::NoReply { command, waited_ms: waited.as_millis() as u64 });
+            return self.down(StageError::NoResponse { command, waited_ms: waited.as_millis() as u64 });
         }
         match opening.step {
             Step::Contacting if now - opening.contacted_at > MARLIN_OPENING_PERIOD => {

@@ -65,7 +65,7 @@ fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused()
     assert!(matches!(refusal, StageError::WrongDevice { .. }), "{refusal}");
     bench.simulator.fail(LineFault::Silence);
     let refusal = bench.refusal();
-    assert!(matches!(refusal, StageError::NoReply { .. }), "{refusal}");
+    assert!(matches!(refusal, StageError::NoResponse { .. }), "{refusal}");
 }
 
 #[test]

@@ -37,11 +37,11 @@ impl Dialogue for Session {
 
     fn line_unopened(&mut self, reason: String) {
         self.should_be_open = false;
-        self.down(StageError::Gone { reason });
+        self.down(StageError::Disconnected { reason });
     }
 
     fn line_lost(&mut self, reason: String) {
-        self.down(StageError::Gone { reason });
+        self.down(StageError::Disconnected { reason });
     }
 
     fn received(&mut self, bytes: &[u8], now: Instant) {

@@ -228,7 +228,7 @@ impl Session {
         self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
         self.garbage_at.push_back(now);
         if self.garbage_at.len() >= ZABER_GARBAGE_LINES {
-            self.down(StageError::Garbage { received });
+            self.down(StageError::Unreadable { received });
         }
     }
 }

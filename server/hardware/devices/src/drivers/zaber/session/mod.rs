@@ -242,5 +242,5 @@ impl Session {
 }
 
 fn being_opened() -> StageError {
-    StageError::Gone { reason: "it is being opened".to_owned() }
+    StageError::Disconnected { reason: "it is being opened".to_owned() }
 }

@@ -131,7 +131,7 @@ impl Session {
         }
         if waited > self.config.open_limit {
             let (command, waited_ms) = (query.to_owned(), waited.as_millis() as u64);
-            return self.down(StageError::NoReply { command, waited_ms });
+            return self.down(StageError::NoResponse { command, waited_ms });
         }
         // The axis is queried at a slower pace while it brakes.
         let pause = if query == "get pos" { QUERY_RETRY / 10 } else { QUERY_RETRY };

@@ -23,7 +23,7 @@ impl Session {
             && now - begun_at > self.config.homing_limit
         {
             let waited_ms = (now - begun_at).as_millis() as u64;
-            self.raise(StageError::NoReply { command: "home".to_owned(), waited_ms }, now);
+            self.raise(StageError::NoResponse { command: "home".to_owned(), waited_ms }, now);
         }
         self.pending.retain(|pending| {
             let lost = now - pending.sent_at > ZABER_QUERY_AGAIN;
@@ -70,6 +70,6 @@ impl Session {
             }
             _ => return None,
         };
-        Some(StageError::NoReply { command, waited_ms: (now - since).as_millis() as u64 })
+        Some(StageError::NoResponse { command, waited_ms: (now - since).as_millis() as u64 })
     }
 }

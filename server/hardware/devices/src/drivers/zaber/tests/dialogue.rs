@@ -98,10 +98,10 @@ fn a_silent_device_and_a_missing_port_are_distinguished() {
     bench.config.open_limit = Duration::from_millis(400);
     bench.simulator.fail(crate::simulators::simulator::LineFault::Silence);
     let refusal = bench.refusal();
-    assert!(matches!(refusal, StageError::NoReply { .. }), "{refusal}");
+    assert!(matches!(refusal, StageError::NoResponse { .. }), "{refusal}");
     bench.config.port = "/nowhere/tty".to_owned();
     let refusal = bench.refusal();
-    assert!(matches!(refusal, StageError::Gone { .. }), "{refusal}");
+    assert!(matches!(refusal, StageError::Disconnected { .. }), "{refusal}");
 }
 
 #[test]

@@ -43,12 +43,12 @@ macro_rules! cells {
 }
 
 cells! {
-    silence_when_ready: Silence, Ready => StageError::NoReply { .. },
-    silence_while_moving: Silence, Moving => StageError::NoReply { .. },
-    silence_while_homing: Silence, Homing => StageError::NoReply { .. },
-    garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
+    silence_when_ready: Silence, Ready => StageError::NoResponse { .. },
+    silence_while_moving: Silence, Moving => StageError::NoResponse { .. },
+    silence_while_homing: Silence, Homing => StageError::NoResponse { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Unreadable { .. } | StageError::NoResponse { .. },
     a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
     a_stall_while_homing: Stall, Homing => StageError::Warned { .. },
     an_undetected_stall_while_moving: StuckUndetected, Moving => StageError::Stalled { .. },
@@ -57,14 +57,14 @@ cells! {
     an_emergency_stop_while_homing: EmergencyStop, Homing => StageError::Warned { .. },
     a_knob_while_moving: Knob, Moving => StageError::Stalled { .. },
     a_push_when_ready: Push, Ready => StageError::Warned { .. },
-    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
-    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
-    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
+    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Disconnected { .. },
+    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Disconnected { .. },
+    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Disconnected { .. },
     a_restart_when_ready: Restart, Ready => StageError::Restarted,
     a_restart_while_moving: Restart, Moving => StageError::Restarted,
     a_restart_while_homing: Restart, Homing => StageError::Restarted,
-    another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
-    another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
+    another_device_when_ready: AnotherDevice, Ready => StageError::Disconnected { .. } | StageError::WrongDevice { .. },
+    another_device_while_moving: AnotherDevice, Moving => StageError::Disconnected { .. } | StageError::WrongDevice { .. },
 }
 
 fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
