@@ -3503,7 +3503,7 @@ export interface components {
             device: string;
             /**
              * @description A stable code.
-             * @example gone
+             * @example disconnected
              */
             kind: string;
             /** @description What to do. */
