@@ -73,8 +73,7 @@ fn every_cell_of_the_tables_has_its_test_or_its_reason_and_every_test_its_cell()
 
 #[test]
 fn a_cell_without_reason_is_found() {
-    let document =
-        "`server/hardware/station/src/tests/matrix/twin.rs`\n| `fault` | disconnected | disconnected | – | a | a | a | a |";
+    let document = "`server/hardware/station/src/tests/matrix/twin.rs`\n| `fault` | disconnected | disconnected | – | a | a | a | a |";
     assert!(std::panic::catch_unwind(|| cells(document)).is_err());
     let (tested, excused) = cells(&document.replace('–', "cannot happen: nothing moves there"));
     assert_eq!((tested.len(), excused.len()), (6, 1));
