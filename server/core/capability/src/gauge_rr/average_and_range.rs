@@ -10,7 +10,7 @@ use crate::sample::range;
 /// `tolerance`: upper minus lower limit of the characteristic, in the unit of the values; `None` if unknown.
 ///
 /// Method: `server/docs/maths/capability.md`, eq. (8)–(12), after AIAG MSA 4. Does not estimate the interaction, which
-/// then increases the other components; [`super::anova`] does.
+/// then increases the other components; [`super::anova()`] does.
 ///
 /// # Errors
 /// [`GaugeRrError`] for a tolerance that is not positive, values without variation, and more than 20 parts, operators or

@@ -10,7 +10,7 @@
 //! | `health` | faults waiting for acknowledgement, `sheaf-health/1` | yes |
 //!
 //! Everything is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
-//! the client library keeps for a later connection does not count ([`link`]). The same event may arrive twice, with
+//! the client library keeps for a later connection does not count (`link.rs`). The same event may arrive twice, with
 //! the same `id`; `seq` tells the order. `state` is also the last will: the broker publishes `online: false` when the
 //! connection breaks.
 

@@ -14,7 +14,7 @@ pub struct Settings {
     /// unique name of the door: lower-case letters, digits, - and _
     #[schemars(regex(pattern = "^[a-z0-9_-]+$"))]
     pub name: String,
-    /// address that events are posted to, such as https://mes.example/hooks; http:// only within allowed_private
+    /// address that events are posted to, such as `https://mes.example/hooks`; `http://` only within allowed_private
     pub url: String,
     /// file with the secret that signs events, whsec_ and base64 of 24 to 64 bytes; during a rotation one per line
     pub secret_file: PathBuf,

@@ -84,7 +84,7 @@ pub struct Register {
     pub name: &'static str,
     /// What it means.
     pub meaning: &'static str,
-    /// Whether each characteristic has one, [`CHARACTERISTIC_WORDS`] registers apart.
+    /// Whether each characteristic has one, `CHARACTERISTIC_WORDS` registers apart.
     pub repeated: bool,
 }
 
