@@ -49,7 +49,10 @@ export const frame = {
   title_stale: "keine Verbindung",
   fault: "Störung",
   faults: {
-    "camera.disconnected": ["Die Kamera ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
+    "camera.disconnected": [
+      "Die Kamera ist nicht erreichbar.",
+      "Kabel und Stromversorgung prüfen, dann zurücksetzen.",
+    ],
     "camera.wrong_frame": [
       "Die Kamera liefert Bilder in falscher Größe oder falschem Format.",
       "Einstellungen der Kamera prüfen.",
@@ -74,14 +77,20 @@ export const frame = {
       "Kabel und Stromversorgung prüfen, dann zurücksetzen.",
     ],
     "stage.unreadable": ["Die Tischsteuerung sendet unlesbare Daten.", "Gerät und Baudrate prüfen."],
-    "stage.disconnected": ["Der Tisch ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
+    "stage.disconnected": [
+      "Der Tisch ist nicht erreichbar.",
+      "Kabel und Stromversorgung prüfen, dann zurücksetzen.",
+    ],
     "stage.wrong_device": [
       "Ein anderes Gerät als der Tisch ist angeschlossen.",
       "Das richtige Gerät anschließen.",
     ],
     "laser.interlock_open": ["Die Verriegelung des Lasers ist offen.", "Türen und Abdeckungen schließen."],
     "laser.fault": ["Der Laser meldet einen Fehler.", "Den Laser prüfen, dann zurücksetzen."],
-    "laser.disconnected": ["Der Laser ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
+    "laser.disconnected": [
+      "Der Laser ist nicht erreichbar.",
+      "Kabel und Stromversorgung prüfen, dann zurücksetzen.",
+    ],
   } as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Quittieren und zurücksetzen",
   reset_after_stop: "Die Station wurde gestoppt. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
