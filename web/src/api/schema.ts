@@ -1845,6 +1845,8 @@ export interface components {
         };
         /** @description Value of an attribute. */
         AttributeDto: string | number | boolean;
+        /** @description What an attribute can be. */
+        AttributeMessage: string | number | boolean;
         /** @description The fit of a turntable's axis. */
         AxisFitDto: {
             /**
@@ -2630,7 +2632,9 @@ export interface components {
         /** @description A measured characteristic. */
         CharacteristicMessage: {
             /** @description Attributes of the characteristic, as in the plan. */
-            attributes?: Record<string, never>;
+            attributes?: {
+                [key: string]: components["schemas"]["AttributeMessage"];
+            };
             /**
              * Format: double
              * @description Its coverage factor.

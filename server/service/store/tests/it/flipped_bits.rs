@@ -11,8 +11,8 @@ use crate::common::{
 };
 use remedy::Remedy as _;
 use store::{
-    Change, DamagedRow, InspectionFilter, Listed, MeasurementFilter, Page, RecipeFilter, ScanFilter, Store,
-    StoreError,
+    Change, DamagedRow, DeliveryFilter, DeliveryRecord, DeliveryState, DoorRecord, EventRecord, InspectionFilter,
+    Listed, MeasurementFilter, Page, RecipeFilter, ScanFilter, Store, StoreError,
 };
 
 /// Distance between the bytes that are damaged one after the other: a prime, so that all places in a page have their turn.
@@ -62,6 +62,21 @@ async fn filled() -> Filled {
         Change::AppendEvent(event("subject")),
         inspected(&inspection),
         Change::InsertIdempotency(idempotency("once", 8)),
+        Change::PutDoor(DoorRecord {
+            name: "mes".to_owned(),
+            seq: 1,
+            n_delivered: 1,
+            delivered_seq: None,
+            delivered_at_ms: None,
+        }),
+        Change::PutDelivery(DeliveryRecord {
+            door: "mes".to_owned(),
+            event: EventRecord { seq: 1, kind: "scan.created".to_owned(), ..event("other") },
+            state: DeliveryState::Dead,
+            n_attempts: 8,
+            next_at_ms: 0,
+            reason: "answered 503".to_owned(),
+        }),
     ];
     store.catalogue.commit(changes).await.unwrap();
     store.close().await;
@@ -92,6 +107,10 @@ impl Filled {
         bytes[place] ^= 1;
         bytes
     }
+}
+
+fn of_door() -> DeliveryFilter {
+    DeliveryFilter { door: "mes".to_owned(), state: None, due_at_ms: None }
 }
 
 /// Everything that can be read, each answer as text; `Err` with what the store says.
@@ -127,6 +146,10 @@ async fn answers(store: &Store, ids: &[String; 6]) -> Vec<Result<String, StoreEr
         text(catalogue.events_after(0, 9).await.and_then(Listed::whole)),
         text(catalogue.last_event_seq().await),
         text(catalogue.idempotency("once").await),
+        text(catalogue.door("mes").await),
+        text(catalogue.delivery("mes", 1).await),
+        text(catalogue.deliveries(&of_door(), 0, 9).await.and_then(Listed::whole)),
+        text(catalogue.set_aside("mes").await),
         text(catalogue.artifacts_named().await.map(|named| {
             let mut named: Vec<_> = named.iter().map(|id| id.as_str().to_owned()).collect();
             named.sort();
@@ -175,7 +198,7 @@ async fn a_damaged_record_is_reported_with_a_remedy() {
     let filled = filled().await;
     let [job, capture, scan, measurement, session, _] = filled.ids.each_ref().map(String::as_str);
     let cases = [
-        ("waiting", "job", job),
+        ("in the queue", "job", job),
         ("gauge, morning", "capture", capture),
         ("0.0712", "calibration", "c1"),
         ("engineer", "activation", "1"),
@@ -184,6 +207,7 @@ async fn a_damaged_record_is_reported_with_a_remedy() {
         ("\"step\":1", "session", session),
         ("job.queued", "event", "1"),
         ("\"status\"", "idempotency key", "once"),
+        ("answered 503", "delivery", "mes/1"),
     ];
     for (text, kind, id) in cases {
         let store = filled.opened_with(&filled.flipped_at(text)).await.unwrap();
@@ -201,7 +225,7 @@ async fn a_damaged_record_is_reported_with_a_remedy() {
 #[tokio::test]
 async fn a_change_does_not_hide_damage_and_a_damaged_record_can_be_deleted() {
     let filled = filled().await;
-    let store = filled.opened_with(&filled.flipped_at("waiting")).await.unwrap();
+    let store = filled.opened_with(&filled.flipped_at("in the queue")).await.unwrap();
     let start = Change::StartJob { id: filled.ids[0].clone(), at_ms: 9 };
     let error = store.catalogue.commit(vec![start]).await.unwrap_err();
     assert!(matches!(error, StoreError::DamagedRecord { kind: "job", .. }), "{error}");

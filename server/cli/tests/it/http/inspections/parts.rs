@@ -71,6 +71,7 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     );
 
     lists(&server);
+    reports_and_statistics(&server, &bad);
     re_evaluated(&server, &bad, &recipe);
     held(&server);
     restarted(&folder.path().join("data"), server);
@@ -126,6 +127,32 @@ fn lists(server: &Server) {
     let finished: Vec<_> =
         finished.map(|event| (event["body"]["seq"].clone(), event["body"]["verdict"].clone())).collect();
     assert_eq!(finished, [(json!(1), json!("ok")), (json!(2), json!("not_ok")), (json!(3), json!("ok"))]);
+}
+
+fn reports_and_statistics(server: &Server, inspection: &Value) {
+    let report = format!("/api/v1/inspections/{}/report", inspection["id"].as_str().unwrap());
+    let page = server.get(&report);
+    assert_eq!((page.status, page.header("content-type")), (200, Some("text/html; charset=utf-8")));
+    let page = String::from_utf8(page.body).unwrap();
+    assert!(page.contains("NOT OK") && page.contains("BL-2") && page.contains("<svg"), "{page}");
+    let document = server.get(&format!("{report}?format=pdf"));
+    assert_eq!((document.status, document.header("content-type")), (200, Some("application/pdf")));
+    assert!(document.body.starts_with(b"%PDF-"));
+
+    let of = "/api/v1/recipes/block/characteristics/height";
+    let chart = server.get(&format!("{of}/control-chart")).expect(200);
+    let readings = chart["readings"].as_array().unwrap();
+    let serials: Vec<_> = readings.iter().map(|reading| reading["serial"].as_str().unwrap()).collect();
+    assert_eq!((serials, &chart["preliminary"]), (vec!["BL-1", "BL-2", "BL-3"], &json!(true)));
+    assert_eq!((&readings[1]["value"], &chart["nominal"]), (&inspection["results"][0]["value"], &json!(8.9)));
+    assert_eq!(chart["capability"]["verdict"], "undecided", "{chart:#}");
+    let problem = server.get(&format!("{of}/type-1-study?serial=BL-1")).expect(400);
+    assert_eq!(problem["pointer"], "query/reference");
+    server.get(&format!("{of}/type-1-study?serial=BL-1&reference=8.9")).expect(422);
+    assert_eq!(server.get(&format!("{of}/type-1-study?reference=8.9")).expect(422)["pointer"], "query/serial");
+    let problem = server.get(&format!("{of}/gauge-rr")).expect(422);
+    assert!(problem["detail"].as_str().unwrap().contains("2 trials"), "{problem}");
+    server.get("/api/v1/recipes/block/characteristics/width/control-chart").expect(404);
 }
 
 /// By a wider version the rejected part is good; its first verdict stays.

@@ -343,7 +343,7 @@ fn a_frame_whose_background_differs_is_reported_as_lost() {
         let message = cause.to_string();
         assert!(
             message.contains("scans[0].frames[1].background")
-                && message.contains("cannot be taken from scans[0].frames[1].image"),
+                && message.contains("cannot be subtracted from scans[0].frames[1].image"),
             "{message}"
         );
         assert_eq!(next().unwrap().unwrap().lost_before, 1);

@@ -84,8 +84,21 @@ pub struct CharacteristicMessage {
     pub reason: Option<String>,
     /// Attributes of the characteristic, as in the plan.
     #[serde(default)]
-    #[schema(value_type = Object)]
+    #[schema(value_type = BTreeMap<String, AttributeMessage>)]
     pub attributes: BTreeMap<String, Value>,
+}
+
+/// What an attribute can be.
+#[derive(ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "only its schema is of use")]
+enum AttributeMessage {
+    /// A text.
+    Text(String),
+    /// A number.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
 }
 
 impl CharacteristicMessage {

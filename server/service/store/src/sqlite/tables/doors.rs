@@ -5,7 +5,7 @@ use sqlx::{SqliteConnection, SqlitePool};
 
 use crate::catalogue::{DeliveryFilter, Listed, SetAside};
 use crate::error::StoreError;
-use crate::records::{DeliveryRecord, DoorRecord, EventRecord};
+use crate::records::{DeliveryRecord, DeliveryState, DoorRecord, EventRecord};
 use crate::sqlite::changes::{Written, met};
 use crate::sqlite::error::reading;
 use crate::sqlite::listing::{every, listed};
@@ -80,17 +80,21 @@ pub async fn deliveries(
     listed(rows, limit, "list deliveries", delivery_from_row, every, |one| one.event.seq.to_string()).await
 }
 
+/// Counted from the rows themselves, each verified; dead letters are few, since people attend to them.
 pub async fn set_aside(readers: &SqlitePool, door: &str) -> Result<SetAside, StoreError> {
-    let counted: Result<(Option<i64>, i64, i64), _> = sqlx::query_as(
-        "SELECT MIN(CASE WHEN state = 'waiting' THEN next_at_ms END),
-             COUNT(CASE WHEN state = 'waiting' THEN 1 END), COUNT(CASE WHEN state = 'dead' THEN 1 END)
-         FROM deliveries WHERE door = $1",
-    )
-    .bind(door)
-    .fetch_one(readers)
-    .await;
-    let (next_at_ms, n_waiting, n_dead) = counted.map_err(|cause| reading(cause, "count deliveries"))?;
-    Ok(SetAside { n_waiting, n_dead, next_at_ms })
+    let all = DeliveryFilter { door: door.to_owned(), state: None, due_at_ms: None };
+    let mut counted = SetAside::default();
+    for record in deliveries(readers, &all, 0, u32::MAX).await?.whole()? {
+        match record.state {
+            DeliveryState::Dead => counted.n_dead += 1,
+            DeliveryState::Waiting => {
+                counted.n_waiting += 1;
+                let next_at_ms = counted.next_at_ms.unwrap_or(i64::MAX).min(record.next_at_ms);
+                counted.next_at_ms = Some(next_at_ms);
+            }
+        }
+    }
+    Ok(counted)
 }
 
 pub async fn put(to: &mut SqliteConnection, door: &DoorRecord) -> Written {

@@ -28,7 +28,7 @@ pub fn job() -> JobRecord {
         input: json!({"from_mm": -20.0, "to_mm": 20.5}),
         source: "rest".into(),
         progress: 0.0,
-        message: "waiting".into(),
+        message: "in the queue".into(),
         result: None,
         problem: None,
         checkpoint: None,
