@@ -85,7 +85,7 @@ async fn files_of_a_crash_are_removed_and_those_of_others_are_not() {
     assert_eq!(names(&share), [".other.tmp", "S0.csv", "S1_812.csv", "S1_812.dfq", "S1_812.json"]);
 }
 
-/// A disk that writes only when it is told to.
+/// A disk that blocks until the test lets it write.
 struct Hanging {
     go: Mutex<Receiver<()>>,
 }
@@ -98,8 +98,8 @@ impl Disk for Hanging {
 }
 
 fn hanging(share: &TempDir) -> (Folder, Sender<()>) {
-    let (go, told) = channel();
-    let disk = Hanging { go: Mutex::new(told) };
+    let (go, released) = channel();
+    let disk = Hanging { go: Mutex::new(released) };
     (Folder::new(settings(share), Arc::new(disk), Duration::from_millis(50)).unwrap(), go)
 }
 

@@ -19,8 +19,8 @@ pub trait Inspections: Send + Sync + 'static {
     /// Starts an inspection; its key is stored in the same transaction.
     async fn start(&self, file: &str, order: &Order, key: &str) -> Result<(), AppError>;
 
-    /// Frees a key: the same order may be given again.
-    async fn forget(&self, key: &str) -> Result<(), AppError>;
+    /// Releases a key: the same order may be given again.
+    async fn release(&self, key: &str) -> Result<(), AppError>;
 }
 
 /// The key of the `n`-th order with this content in a file. It does not depend on other rows, so that a table may be
@@ -84,9 +84,9 @@ impl Inspections for AppInspections {
         })
     }
 
-    async fn forget(&self, key: &str) -> Result<(), AppError> {
-        let freed = Change::AnswerIdempotency { key: key.to_owned(), answer: None };
-        self.app.catalogue.commit(vec![freed]).await?;
+    async fn release(&self, key: &str) -> Result<(), AppError> {
+        let released = Change::AnswerIdempotency { key: key.to_owned(), answer: None };
+        self.app.catalogue.commit(vec![released]).await?;
         Ok(())
     }
 }
@@ -140,7 +140,7 @@ mod tests {
         process(async {
             let inspections = inspections(&folder).await;
             assert!(inspections.is_started(&key).await.unwrap());
-            inspections.forget(&key).await.unwrap();
+            inspections.release(&key).await.unwrap();
             assert!(!inspections.is_started(&key).await.unwrap());
             inspections.app.shut_down().await;
         });

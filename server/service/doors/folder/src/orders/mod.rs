@@ -170,7 +170,7 @@ impl Orders {
         for key in keys {
             self.started.remove(&key);
             // It expires later; until then the same order in a file of the same name is taken for a repetition.
-            if let Err(error) = self.inspections.forget(&key).await {
+            if let Err(error) = self.inspections.release(&key).await {
                 tracing::warn!(door = self.door, key, error = error.detail, "the key of an order remains stored");
             }
         }

@@ -36,13 +36,13 @@ impl Inspections for Service {
         Ok(())
     }
 
-    async fn forget(&self, key: &str) -> Result<(), AppError> {
+    async fn release(&self, key: &str) -> Result<(), AppError> {
         assert!(self.keys.lock().remove(key), "{key} is not stored");
         Ok(())
     }
 }
 
-/// A disk whose renames fail while it is told so.
+/// A disk whose renames fail on request.
 #[derive(Default)]
 struct Moves {
     fail: AtomicBool,
