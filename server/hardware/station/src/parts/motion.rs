@@ -87,9 +87,11 @@ impl Motion {
         self.state.filter(|_| self.position_valid)?.position_mm
     }
 
-    /// Whether the stage is homed.
+    /// Whether the stage is homed; not before homing has ended, since a driver that reports it earlier may not know its
+    /// position yet.
     pub fn homed(&self) -> bool {
-        self.position_valid && self.state.is_some_and(|state| state.homed)
+        let is_homing = matches!(self.goal, Some(MotionGoal::Home));
+        self.position_valid && !is_homing && self.state.is_some_and(|state| state.homed)
     }
 
     /// Whether it moves or may move.

@@ -98,6 +98,20 @@ fn a_stage_without_new_reports_is_not_stalled_before_its_move_is_late() {
 }
 
 #[test]
+fn a_stage_is_not_homed_while_its_homing_has_not_ended() {
+    let homed_and_moving = || StageState { position_mm: None, ..moving() };
+    let mut motion = Motion::new(Box::new(Fake { acceleration_mm_s2: None, state: homed_and_moving }));
+    motion.start_home().unwrap();
+    assert_eq!(motion.update(Instant::now()), Ok(None));
+    assert!(!motion.homed(), "the driver reports homed, but the position is not known yet");
+    motion.device = Box::new(Fake { acceleration_mm_s2: None, state: at_rest });
+    let later = Instant::now() + Duration::from_secs(1);
+    assert_eq!(motion.update(later), Ok(Some(super::CompletedMotion::Homed)));
+    assert!(motion.homed());
+    assert_eq!(motion.position_mm(), Some(0.0));
+}
+
+#[test]
 fn a_stop_may_take_as_long_as_a_slow_stage_brakes() {
     let stopping = |acceleration_mm_s2| {
         let mut motion = Motion::new(Box::new(Fake { acceleration_mm_s2, state: moving }));
