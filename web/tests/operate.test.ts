@@ -84,11 +84,22 @@ test("the last verdict is gone as soon as the next scan was started", () => {
 });
 
 test("the tolerance takes the middle half of the bar; what lies far out sits at its edge", () => {
-  const places = barPlaces(10, 0.5, 10.25, 0.1);
-  expect([places.lower, places.nominal, places.upper]).toEqual([0.25, 0.5, 0.75]);
-  expect(places.value).toBeCloseTo(0.625, 12);
-  expect([places.u_from, places.u_to]).toEqual([expect.closeTo(0.575, 12), expect.closeTo(0.675, 12)]);
-  expect(places.beyond).toBe(false);
-  const far = barPlaces(10, 0.5, 99, 0.1);
-  expect([far.value, far.u_to, far.beyond]).toEqual([1, 1, true]);
+  const limits = { nominal: 10, lower: 9.5, upper: 10.5 };
+  const places = barPlaces({ ...limits, value: 10.25, u: 0.1 });
+  expect(places).toMatchObject({ lower: 0.25, nominal: 0.5, upper: 0.75, beyond: false });
+  expect(places?.value).toBeCloseTo(0.625, 12);
+  expect([places?.u_from, places?.u_to]).toEqual([expect.closeTo(0.575, 12), expect.closeTo(0.675, 12)]);
+  expect(barPlaces({ ...limits, value: 99, u: 0.1 })).toMatchObject({ value: 1, u_to: 1, beyond: true });
+});
+
+test("limits may be unequal or on one side; without a range there is no bar", () => {
+  const value = { value: 10, u: 0 };
+  const unequal = barPlaces({ ...value, nominal: 10, lower: 9.95, upper: 10.1 });
+  expect(unequal).toMatchObject({ lower: 0.25, upper: 0.75, nominal: expect.closeTo(0.25 + 0.5 / 3, 9) });
+  const upper = barPlaces({ nominal: 0, lower: undefined, upper: 0.05, value: 0.025, u: 0.01 });
+  expect(upper).toMatchObject({ lower: undefined, nominal: 0.25, upper: 0.75, value: expect.closeTo(0.5, 9) });
+  const lower = barPlaces({ nominal: 10, lower: 9, upper: undefined, value: 10.5, u: 0.1 });
+  expect(lower).toMatchObject({ lower: 0.25, nominal: 0.75, upper: undefined, value: 1 });
+  expect(barPlaces({ ...value, nominal: 10, lower: undefined, upper: undefined })).toBeUndefined();
+  expect(barPlaces({ ...value, nominal: undefined, lower: 9, upper: undefined })).toBeUndefined();
 });

@@ -35,7 +35,7 @@ function Part({ part }: { part: ScannedPart }) {
       </p>
       {words.because[outcome] && <p>{words.because[outcome]}</p>}
       {measured?.value !== undefined && <Value measured={measured} value={measured.value} />}
-      {measured && <ToleranceBar measured={measured} />}
+      {measured?.value !== undefined && <Bar measured={measured} value={measured.value} />}
       {part.measured.length > 1 && <Others part={part} shown={measured} />}
       <div class="row">
         <a class="button" href={href("result", part.scan.id)}>
@@ -44,6 +44,13 @@ function Part({ part }: { part: ScannedPart }) {
       </div>
     </section>
   );
+}
+
+function Bar({ measured, value }: { measured: Measured; value: number }) {
+  const { nominal, tolerance, expanded_uncertainty: u = 0, unit, verdict } = measured;
+  if (nominal === undefined || tolerance === undefined) return null;
+  const limited = { nominal, lower: nominal - tolerance, upper: nominal + tolerance, value, u };
+  return <ToleranceBar limited={limited} unit={unit} verdict={verdict} />;
 }
 
 /** Display name of a characteristic. */

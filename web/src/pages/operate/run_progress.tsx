@@ -24,7 +24,7 @@ export function RunProgress({ job }: { job: Job }) {
         </strong>
       </p>
       <progress value={job.progress} max={1} aria-label={words.operate.progress} />
-      <p class="number">{job.state === "queued" ? words.jobs.states.queued : remaining(job)}</p>
+      {job.state !== "queued" && <p class="number">{remaining(job)}</p>}
       <p class="muted">{jobText(job)}</p>
       <CommandButton command={cancel} kind="operator">
         {words.common.cancel}

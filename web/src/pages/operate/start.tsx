@@ -1,7 +1,7 @@
 /** Serial number, Start with the reason if it is blocked; progress while a job is running. */
 
 import type { ReadonlySignal, Signal } from "@preact/signals";
-import { useEffect, useMemo, useRef } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { data, type Job } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
@@ -14,6 +14,7 @@ import { text } from "../../text";
 import type { Operation } from "./operation";
 import { type Obstacle, REMEDY_PAGE } from "./readiness";
 import { RunProgress } from "./run_progress";
+import { SerialField } from "./serial_field";
 
 interface Properties {
   operation: Operation;
@@ -26,35 +27,15 @@ interface Properties {
 
 export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
   const words = text.value.operate;
-  const field = useRef<HTMLInputElement>(null);
-  useEffect(() => focusOnTyping(field.current), []);
   const blocked = obstacle ? words.obstacles[obstacle] : wrong;
   const begin = () => {
-    if (!blocked && !operation.command.running) void operation.command.start();
+    if (blocked || operation.command.running) return false;
+    void operation.command.start();
+    return true;
   };
   return (
     <section class="card stack operate-start" aria-label={words.title}>
-      <div class="field">
-        <label for="serial">{words.serial}</label>
-        <input
-          id="serial"
-          ref={field}
-          class="serial"
-          value={serial.value}
-          maxLength={100}
-          autoComplete="off"
-          autoCapitalize="characters"
-          spellcheck={false}
-          enterkeyhint="go"
-          placeholder={words.serial_placeholder}
-          onInput={(event) => {
-            serial.value = event.currentTarget.value;
-          }}
-          onKeyDown={(event) => {
-            if (event.key === "Enter") begin();
-          }}
-        />
-      </div>
+      <SerialField serial={serial} placeholder={words.serial_placeholder} onEnter={begin} />
       {job ? (
         <RunProgress job={job} />
       ) : (
@@ -70,20 +51,8 @@ export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
   );
 }
 
-/** Moves the focus to the serial number when a character is typed, so that a barcode scanner always works. */
-function focusOnTyping(field: HTMLInputElement | null): () => void {
-  field?.focus({ preventScroll: true });
-  const onKey = (event: KeyboardEvent) => {
-    const printable =
-      event.key.length === 1 && event.key !== " " && !event.ctrlKey && !event.metaKey && !event.altKey;
-    const elsewhere = event.target instanceof Element && event.target.closest("input, select, textarea, dialog");
-    if (printable && !elsewhere && !document.querySelector("dialog[open]")) field?.focus();
-  };
-  addEventListener("keydown", onKey);
-  return () => removeEventListener("keydown", onKey);
-}
-
-function Remedy({ obstacle }: { obstacle: Obstacle }) {
+/** What removes an obstacle: a command, or the page for it. */
+export function Remedy({ obstacle }: { obstacle: Obstacle }) {
   const { api, control } = useApp();
   const words = text.value.operate;
   const page = REMEDY_PAGE[obstacle];
@@ -114,7 +83,7 @@ function Remedy({ obstacle }: { obstacle: Obstacle }) {
 }
 
 /** The problem of the last scan if it has no result. */
-function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
+export function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
   const job = failed.value;
   if (!job) return null;
   const words = text.value;

@@ -5,6 +5,7 @@ import { useApp } from "../../app";
 import { CopyLine } from "../../components/copy_line";
 import { NameField } from "../../components/fields/name_field";
 import { selected } from "../../components/fields/selected";
+import { light_tower } from "../../state/browser/light_tower";
 import { href } from "../../state/browser/route";
 import { letter_shortcuts } from "../../state/browser/shortcuts";
 import { THEMES, theme_choice } from "../../state/browser/theme";
@@ -96,6 +97,16 @@ function Appearance() {
           ))}
         </select>
       </div>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={light_tower.value}
+          onChange={(event) => {
+            light_tower.value = event.currentTarget.checked;
+          }}
+        />
+        {words.light_tower}
+      </label>
       <dl class="facts">
         <dt>{words.numbers}</dt>
         <dd>

@@ -1,6 +1,7 @@
 /** Inspections for lists, tables and bars. All verdicts and reasons come from the server. */
 
 import { type Api, data, type Schemas } from "../../api/client";
+import { type Damaged, joinDamaged } from "./damaged";
 import { VERDICTS } from "./outcome";
 import type { RecordsPage } from "./paged";
 import type { Verdict } from "./scanned";
@@ -27,6 +28,20 @@ export async function readInspections(
   const query = { limit, ...requested, ...(before !== undefined && { before }) };
   const { items, damaged = [], next } = await data(api.GET("/api/v1/inspections", { params: { query } }));
   return { items, damaged, next: next ? items.at(-1)?.id : undefined };
+}
+
+/** The newest `count` inspected parts; re-evaluations are left out, since no part was scanned for them. */
+export async function readNewestParts(api: Api, count: number): Promise<RecordsPage<Inspection>> {
+  let items: readonly Inspection[] = [];
+  let damaged: readonly Damaged[] = [];
+  for (let before: string | undefined; ; ) {
+    const page = await readInspections(api, 2 * count, {}, before);
+    items = [...items, ...page.items.filter(({ re_evaluated_from }) => !re_evaluated_from)];
+    damaged = joinDamaged(damaged, page.damaged);
+    before = page.next;
+    if (before === undefined || items.length >= count)
+      return { items: items.slice(0, count), damaged, next: before };
+  }
 }
 
 /** Recipe and version in the notation of the API. */

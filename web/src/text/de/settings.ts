@@ -8,6 +8,7 @@ export const settings = {
   language: "Sprache",
   theme: "Farbschema",
   themes: { system: "System", light: "hell", dark: "dunkel" },
+  light_tower: "Bewertungen auf „Bedienen“ in den Farben einer Signalsäule: Grün, Gelb, Rot",
   numbers: "Zahlen",
   times: "Zeiten",
   numbers_hint: "Felder akzeptieren Dezimalkomma und Dezimalpunkt.",

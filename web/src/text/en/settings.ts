@@ -8,6 +8,7 @@ export const settings = {
   language: "Language",
   theme: "Theme",
   themes: { system: "system", light: "light", dark: "dark" },
+  light_tower: "Verdicts on Operate in the colours of a light tower: green, yellow, red",
   numbers: "Numbers",
   times: "Times",
   numbers_hint: "Fields accept a decimal comma or a decimal point.",
