@@ -7,8 +7,8 @@ pub const MIN_CAPABILITY_INDEX: f64 = 1.33;
 /// Fewest values of a type-1 study (Bosch Booklet 10): s is then known to 10 % (one σ).
 pub const MIN_TYPE_1_VALUES: usize = 50;
 
-/// Coarsest resolution, as a share of the tolerance (Bosch Booklet 10; VDA 5).
-pub const MAX_RESOLUTION_SHARE: f64 = 0.05;
+/// Coarsest resolution, as a fraction of the tolerance (Bosch Booklet 10; VDA 5).
+pub const MAX_RESOLUTION_FRACTION: f64 = 0.05;
 
 /// Significance level of the test of the bias (AIAG MSA 4, chapter III B).
 pub const BIAS_SIGNIFICANCE: f64 = 0.05;

@@ -2,24 +2,24 @@
 
 use crate::Verdict;
 use crate::distributions::student_two_sided;
-use crate::params::{BIAS_SIGNIFICANCE, MAX_RESOLUTION_SHARE, MIN_CAPABILITY_INDEX, MIN_TYPE_1_VALUES};
+use crate::params::{BIAS_SIGNIFICANCE, MAX_RESOLUTION_FRACTION, MIN_CAPABILITY_INDEX, MIN_TYPE_1_VALUES};
 use crate::sample::{mean, std_dev, valid_values};
 
-/// Share of the tolerance that the scatter of the measuring system may fill, and the number of standard deviations
+/// Fraction of the tolerance that the scatter of the measuring system may fill, and the number of standard deviations
 /// that count as its scatter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
-    /// Share of the tolerance, for example 0.2.
-    pub tolerance_share: f64,
+    /// Fraction of the tolerance, for example 0.2.
+    pub tolerance_fraction: f64,
     /// Width of the scatter in standard deviations, for example 6.
     pub n_sigmas: f64,
 }
 
 impl Factors {
     /// 20 % of the tolerance against 6 s: 99.73 % of the values (Bosch Booklet 10).
-    pub const SIX_SIGMA: Self = Self { tolerance_share: 0.2, n_sigmas: 6.0 };
+    pub const SIX_SIGMA: Self = Self { tolerance_fraction: 0.2, n_sigmas: 6.0 };
     /// 20 % of the tolerance against 4 s: 95.45 % of the values (VDA 5).
-    pub const FOUR_SIGMA: Self = Self { tolerance_share: 0.2, n_sigmas: 4.0 };
+    pub const FOUR_SIGMA: Self = Self { tolerance_fraction: 0.2, n_sigmas: 4.0 };
 }
 
 /// Input of a type-1 study.
@@ -136,8 +136,8 @@ pub fn evaluate(request: &Request) -> Result<Study, Type1Error> {
     }
     let (mean, std_dev) = (mean(&values), std_dev(&values));
     let bias = mean - request.reference;
-    let Factors { tolerance_share, n_sigmas } = request.factors;
-    let permitted = tolerance_share * request.tolerance;
+    let Factors { tolerance_fraction, n_sigmas } = request.factors;
+    let permitted = tolerance_fraction * request.tolerance;
     let scatters = std_dev > 0.0;
     let mut study = Study {
         n,
@@ -159,14 +159,14 @@ pub fn evaluate(request: &Request) -> Result<Study, Type1Error> {
 }
 
 fn check(request: &Request) -> Result<(), Type1Error> {
-    let Factors { tolerance_share, n_sigmas } = request.factors;
+    let Factors { tolerance_fraction, n_sigmas } = request.factors;
     if !request.reference.is_finite() {
         return Err(Type1Error::Reference { reference: request.reference });
     }
     let positive = [
         ("tolerance", Some(request.tolerance)),
         ("resolution", request.resolution),
-        ("share of the tolerance", Some(tolerance_share)),
+        ("fraction of the tolerance", Some(tolerance_fraction)),
         ("number of standard deviations", Some(n_sigmas)),
     ];
     let wrong = positive.into_iter().find_map(|(quantity, value)| {
@@ -183,7 +183,7 @@ fn bias_test(bias: f64, std_dev: f64, n: usize) -> BiasTest {
 
 fn shortfalls(study: &Study) -> Vec<Shortfall> {
     let is_low = |index: Option<f64>| index.is_some_and(|index| index < MIN_CAPABILITY_INDEX);
-    let is_coarse = study.resolution_percent.is_some_and(|percent| percent > 100.0 * MAX_RESOLUTION_SHARE);
+    let is_coarse = study.resolution_percent.is_some_and(|percent| percent > 100.0 * MAX_RESOLUTION_FRACTION);
     [
         (study.n < MIN_TYPE_1_VALUES, Shortfall::TooFewValues),
         (study.cg.is_none(), Shortfall::NoScatter),

@@ -84,7 +84,7 @@ fn check_charuco(board: &CharucoTarget) -> Result<(), TargetError> {
     let params = CharucoParams {
         columns: board.columns,
         rows: board.rows,
-        marker_share: board.marker_mm / side_mm,
+        marker_ratio: board.marker_mm / side_mm,
         dictionary: board.dictionary.clone(),
     };
     params.check().map_err(|cause| TargetError::Markers { cause })

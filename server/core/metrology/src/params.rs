@@ -4,10 +4,10 @@
 pub const MIN_FEATURE_POINTS: usize = 50;
 
 /// Smallest fraction of the evaluated points in a second feature; less is debris.
-pub const MIN_FEATURE_SHARE: f64 = 0.003;
+pub const MIN_FEATURE_FRACTION: f64 = 0.003;
 
 /// A dominant plane with less than this fraction is not the table but a slice of something curved.
-pub const MIN_TABLE_SHARE: f64 = 0.2;
+pub const MIN_TABLE_FRACTION: f64 = 0.2;
 
 /// Points used to score hypotheses: enough to rank features of 1 % of the cloud.
 pub const RANSAC_POINTS: usize = 3000;
@@ -54,13 +54,13 @@ pub const BORDER_SIGMAS: f64 = 3.0;
 pub const DEFAULT_LINE_SIGMA_RELATIVE: f64 = 8.75e-4;
 
 /// Points near the border (or viewed too steeply) are kept if fewer than this fraction would remain without them.
-pub const MIN_INTERIOR_SHARE: f64 = 0.35;
+pub const MIN_INTERIOR_FRACTION: f64 = 0.35;
 
 /// Planes within this angle count as parallel (degrees): a block on a table with dust under one edge.
 pub const PARALLEL_DEGREES: f64 = 3.0;
 
 /// A nominal height selects planes within this fraction of it.
-pub const NOMINAL_HINT_SHARE: f64 = 0.5;
+pub const NOMINAL_HINT_RELATIVE: f64 = 0.5;
 
 /// Lower limit of the cosine between ray and normal: beyond 73° of incidence the predicted σ no longer describes the
 /// error, and the weight of a point must stay bounded.
@@ -75,21 +75,21 @@ pub const MIN_CURVED_COSINE: f64 = 0.4;
 /// then grows so fast towards the side facing the projector that the stripe's centre moves there, by
 /// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
 /// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). What it
-/// leaves is no more than U holds for the footprint: two of its σ, [`FOOTPRINT_SHARE`] · s²/2R each.
-pub const MAX_CURVED_LIGHT_TANGENT: f64 = FOOTPRINT_SHARE;
+/// leaves is no more than U holds for the footprint: two of its σ, [`FOOTPRINT_FACTOR`] · s²/2R each.
+pub const MAX_CURVED_LIGHT_TANGENT: f64 = FOOTPRINT_FACTOR;
 
 /// [`MIN_CURVED_COSINE`] where the calibration does not state the position of the light source (53°): the shaded side
 /// can then be excluded only by a stricter limit everywhere.
 pub const MIN_CURVED_COSINE_UNLIT: f64 = 0.6;
 
 /// Lower limit of a point's σ relative to the median, so that no point dominates a fit.
-pub const MIN_SIGMA_SHARE: f64 = 0.3;
+pub const MIN_SIGMA_RATIO: f64 = 0.3;
 
 /// σ relative to the extent of the cloud, used if no point has a σ; the residuals then set the scale.
 pub const UNKNOWN_SIGMA_PER_EXTENT: f64 = 2.5e-4;
 
 /// Lower limit of the noise part of σ, relative to σ.
-pub const MIN_NOISE_SHARE: f64 = 0.25;
+pub const MIN_NOISE_RATIO: f64 = 0.25;
 
 /// Columns over which neighbouring points share their noise, unless the cloud states it (px).
 pub const NOISE_CORRELATION_PX: f64 = 7.0;
@@ -105,7 +105,7 @@ pub const SYSTEMATIC_POINTS: usize = 3000;
 pub const MAX_MISMATCH_RELATIVE: f64 = 5e-5;
 
 /// Fraction of the residuals between the two quantiles whose difference is the robust peak-to-peak flatness.
-pub const FLATNESS_SHARE: f64 = 0.999;
+pub const FLATNESS_FRACTION: f64 = 0.999;
 
 /// Flatness keeps points up to this many robust standard deviations off the plane: form belongs to the value, outliers
 /// do not.
@@ -119,7 +119,7 @@ pub const LINE_SIGMA_KEY: &str = "line_sigma_mm ";
 
 /// Displacement of a line's centre on a curved surface, one σ, in units of δ: 0 for a centre at the peak, 3 for a
 /// centroid; an extraction whose kernel is as wide as the line lies in between, depending on saturation and blur.
-pub const FOOTPRINT_SHARE: f64 = 1.5;
+pub const FOOTPRINT_FACTOR: f64 = 1.5;
 
 /// Number of frames with the same speckle, times their distance, in thicknesses of the sheet: the integral 2√π of the
 /// correlation exp(−Δ²/4s²) over the travel (eq. 5).
@@ -143,13 +143,13 @@ pub const FORM_RMS_RELATIVE: f64 = 1.25e-4;
 pub const MAX_RESIDUAL_RATIO: f64 = 3.0;
 
 /// Largest fraction of the points inside an outline that may be off the surface: dust and outliers are fewer.
-pub const MAX_OFF_SURFACE_SHARE: f64 = 0.25;
+pub const MAX_OFF_SURFACE_FRACTION: f64 = 0.25;
 
 /// Smallest arc that determines a radius, degrees.
 pub const MIN_ARC_DEG: f64 = 60.0;
 
 /// Fraction of the normals left out at the ends of an arc, so that outliers do not lengthen it.
-pub const ARC_TAIL_SHARE: f64 = 0.02;
+pub const ARC_TAIL_FRACTION: f64 = 0.02;
 
 /// A radius with a relative standard uncertainty above this is not determined.
 pub const MAX_RADIUS_UNCERTAINTY: f64 = 0.1;
@@ -187,10 +187,10 @@ pub const RIM_MAX_GAP_DEG: f64 = 120.0;
 
 /// Standard uncertainty of the half-intensity position, in blurs (one σ): the reflectance may differ by a tenth between the
 /// rim and the surface further in.
-pub const RIM_BLUR_SHARE: f64 = 0.25;
+pub const RIM_SIGMA_BLURS: f64 = 0.25;
 
 /// Smallest fraction of crossings whose intensity falls before they end: with fewer the position of the rim is unknown.
-pub const RIM_MIN_FADED_SHARE: f64 = 0.25;
+pub const RIM_MIN_FADED_FRACTION: f64 = 0.25;
 
 /// Points from which the noise of a feature is estimated.
 pub const NOISE_POINTS: usize = 5000;
@@ -212,10 +212,10 @@ pub const BEST_FIT_LOCK_RATIO: f64 = 1e-3;
 pub const CAUCHY_SIGMAS: f64 = 2.385;
 
 /// Default reach: points within this fraction of the part's diagonal of its surface belong to it.
-pub const DEFAULT_REACH_SHARE: f64 = 0.02;
+pub const DEFAULT_REACH_RELATIVE: f64 = 0.02;
 
 /// Default capture range: a fit begins with this fraction of the diagonal, so that the start pose may be off by as much.
-pub const DEFAULT_CAPTURE_SHARE: f64 = 0.06;
+pub const DEFAULT_CAPTURE_RELATIVE: f64 = 0.06;
 
 /// Cells of a comparison along the diagonal of a part.
 pub const CELLS_PER_DIAGONAL: f64 = 150.0;

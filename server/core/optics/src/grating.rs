@@ -3,8 +3,6 @@
 
 use nalgebra::Vector3;
 
-use crate::rotation::rotated;
-
 /// Free parameters of a grating: source 3, fan plane 2 angles, grating normal 2 angles, groove angle,
 /// gap, wavelength over period.
 pub const GRATING_PARAMETERS: usize = 10;
@@ -172,16 +170,6 @@ impl Grating {
             groove,
             gap_mm: self.gap_mm + step[8],
             wavelength_over_period: momentum_size,
-        }
-    }
-
-    /// The same surfaces with the fan's axis rotated by `angle_rad` within the fan plane, which is a shift of φ.
-    pub fn with_axis_rotated(&self, angle_rad: f64) -> Self {
-        let across = self.axis.cross(&self.fan);
-        Self {
-            axis: rotated(&self.axis, &across, angle_rad),
-            fan: rotated(&self.fan, &across, angle_rad),
-            ..*self
         }
     }
 }

@@ -68,7 +68,7 @@ pub const SECTION_WEIGHT: f64 = 1.25;
 
 /// Repeated observations per sample with which sections may form a missed surface: a third of those on a
 /// well-observed surface.
-pub const OVERLOOKED_SHARE: f64 = 0.4;
+pub const OVERLOOKED_PER_SAMPLE: f64 = 0.4;
 /// Iterations of the search for missed surfaces: one reveals the next at most a few times.
 pub const OVERLOOKED_ROUNDS: usize = 4;
 
@@ -138,10 +138,10 @@ pub const GROUP_MARGIN: f64 = 0.1;
 /// obliquely to the lines, the pieces on either side overlap a little from frame to frame.
 pub const STRIP_LINK_OVERLAP_WIDTHS: f64 = 2.0;
 /// The same as a fraction of the length of the shorter piece.
-pub const STRIP_LINK_SHARE: f64 = 0.5;
+pub const STRIP_LINK_FRACTION: f64 = 0.5;
 /// The same as a fraction of the length of the longer piece: the end of a block's top must not be linked to the
 /// long line beyond it.
-pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
+pub const STRIP_LINK_FRACTION_OF_LONGER: f64 = 0.3;
 /// Bend of a strip from frame to frame that stage errors explain, as a fraction of the depth: 0.02 mm at 400 mm.
 pub const STRIP_LINK_FLOOR_RELATIVE: f64 = 5e-5;
 /// Largest movement of a line between two frames that counts as smooth if there is no third frame, line pitches.
@@ -155,7 +155,7 @@ pub const STRIP_TEST_MARGIN_WITHOUT_RANKS: f64 = 0.05;
 pub const STRIP_TEST_MARGIN_UNCONFIRMED: f64 = 2.0 * STRIP_TEST_MARGIN;
 /// Repeated observations per sample below which a strip counts as unconfirmed: a fifth of those on a well-observed
 /// strip.
-pub const CONFIRMED_SHARE: f64 = 0.3;
+pub const CONFIRMED_PER_SAMPLE: f64 = 0.3;
 /// Most updates while the other strips adapt to a tested label. Chains of lines converge within a few dozen;
 /// stopping early only makes the test less strict.
 pub const STRIP_TEST_MAX_UPDATES: usize = 100;
@@ -163,7 +163,7 @@ pub const STRIP_TEST_MAX_UPDATES: usize = 100;
 /// reduces it by no more than that.
 pub const STRIP_TEST_SHIFT_LIMITS: f64 = 3.0;
 /// Repeated observations by other strips that make a rival label plausible, per sample.
-pub const REPEATED_OBSERVATION_SHARE: f64 = 0.1;
+pub const REPEATED_OBSERVATIONS_PER_SAMPLE: f64 = 0.1;
 /// The same in total, in samples.
 pub const REPEATED_OBSERVATION_SAMPLES: f64 = 2.0;
 /// Length, in line pitches, below which strips are also tested without their ranks, and need repeated
@@ -191,7 +191,7 @@ pub const CONTRADICTING_SURFACES: usize = 1;
 /// which the extraction smooths wide lines and so extends them beyond a depth step.
 pub const END_WIDTHS: f64 = 2.2;
 /// If more than this fraction of a run of neighbouring points is contradicted, the whole run is rejected.
-pub const RUN_REJECTED_SHARE: f64 = 0.5;
+pub const RUN_REJECTED_FRACTION: f64 = 0.5;
 /// Largest bend of a line within a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
 
@@ -206,9 +206,9 @@ pub const STEP_MIN_WIDTHS: f64 = 0.08;
 /// Smallest step in its standard deviations.
 pub const STEP_SIGMAS: f64 = 3.0;
 /// Fraction of a stretch that must be confirmed for it to keep its label beyond a step.
-pub const STEP_CONFIRMED_SHARE: f64 = 0.2;
+pub const STEP_CONFIRMED_FRACTION: f64 = 0.2;
 /// Fraction of a stretch for which the ranks must admit another order for its label to be doubtful.
-pub const OPEN_SHARE: f64 = 0.5;
+pub const OPEN_FRACTION: f64 = 0.5;
 /// Number of points whose profiles are cached between steps: 200 MB, which no usual scan exceeds. Other profiles
 /// are computed four times, so that a scan of any size fits into memory.
 pub const KEPT_POINTS: usize = 2_000_000;
@@ -291,8 +291,8 @@ pub mod watches {
     /// Deviation in σ from which a value is significant: normally distributed values give one false warning in 150,000.
     pub const WARN_SIGMAS: f64 = 4.5;
     /// Errors below this fraction of the expanded uncertainty do not cause a warning.
-    pub const WARN_SHARE: f64 = 0.25;
-    /// Errors of depth by the wavelength below this share of the depth are not corrected: 10 µm at 400 mm, a quarter of the
+    pub const WARN_FRACTION: f64 = 0.25;
+    /// Errors of depth by the wavelength below this fraction of the depth are not corrected: 10 µm at 400 mm, a quarter of the
     /// expanded uncertainty on matt grey paint.
     pub const MIN_CORRECTION_RELATIVE: f64 = 2.5e-5;
     /// Coverage factor of expanded uncertainties (GUM).

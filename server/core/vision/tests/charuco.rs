@@ -24,7 +24,7 @@ const BLUR_PX: f64 = 0.8;
 const ERROR_PX: f64 = 0.012;
 
 fn board() -> CharucoParams {
-    CharucoParams { columns: 10, rows: 7, marker_share: 0.7, dictionary: "DICT_5X5_100".to_owned() }
+    CharucoParams { columns: 10, rows: 7, marker_ratio: 0.7, dictionary: "DICT_5X5_100".to_owned() }
 }
 
 /// Whether the board is black at (x, y) in squares from its top left; white outside.
@@ -42,8 +42,8 @@ fn is_black(params: &CharucoParams, markers: &[Vec<Vec<bool>>], x: f64, y: f64) 
         .filter(|at| (at / params.columns + at % params.columns) % 2 == 1)
         .count();
     let cells = &markers[white_before];
-    let rim = 0.5 * (1.0 - params.marker_share);
-    let cell = |at: f64| ((at.fract() - rim) / params.marker_share * cells.len() as f64).floor();
+    let rim = 0.5 * (1.0 - params.marker_ratio);
+    let cell = |at: f64| ((at.fract() - rim) / params.marker_ratio * cells.len() as f64).floor();
     let (cx, cy) = (cell(x), cell(y));
     let on_marker = |at: f64| at >= 0.0 && at < cells.len() as f64;
     on_marker(cx) && on_marker(cy) && cells[cy as usize][cx as usize]

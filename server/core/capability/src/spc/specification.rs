@@ -1,4 +1,4 @@
-//! Specification limits, and the expected share of parts outside them.
+//! Specification limits, and the expected fraction of parts outside them.
 
 use crate::distributions::normal_cdf;
 use crate::params::PPM;

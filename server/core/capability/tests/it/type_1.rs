@@ -31,7 +31,7 @@ fn cg_and_cgk_are_those_of_the_formula_in_both_variants() {
     let study = evaluate(&Request { factors: Factors::FOUR_SIGMA, ..request(&values) }).unwrap();
     check(study.cg, 2.5);
     check(study.cgk, 2.25);
-    assert_eq!(study.factors, Factors { tolerance_share: 0.2, n_sigmas: 4.0 });
+    assert_eq!(study.factors, Factors { tolerance_fraction: 0.2, n_sigmas: 4.0 });
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::evaluation::datum_pose::DatumPose;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::shape::Shape;
 use crate::measuring::systematic::Retriangulation;
-use crate::params::{COMPARED_SYSTEMATIC_POINTS, FOOTPRINT_SHARE, MIN_NOISE_SHARE};
+use crate::params::{COMPARED_SYSTEMATIC_POINTS, FOOTPRINT_FACTOR, MIN_NOISE_RATIO};
 
 pub(crate) fn fit_point(samples: &Samples, idx: u32) -> FitPoint {
     let sample = samples.at(idx);
@@ -170,12 +170,12 @@ pub(crate) fn budget(
 ) -> Budget {
     let (along_mm, of_sigma_mm) = shared.at(samples, point.sample);
     let total = samples.at(point.sample).sigma_mm as f32;
-    let own = (total * total - of_sigma_mm * of_sigma_mm).max(0.0).sqrt().max(MIN_NOISE_SHARE as f32 * total);
+    let own = (total * total - of_sigma_mm * of_sigma_mm).max(0.0).sqrt().max(MIN_NOISE_RATIO as f32 * total);
     let facet = point.facet as usize;
     let slopes = slopes(&point.at.cast(), &nominal.facets[facet].normal, &alignment.middle, alignment.lever_mm);
     let pose = (slopes.transpose() * of_pose * slopes)[(0, 0)].max(0.0);
     let line_sigma_mm = samples.line_sigma_mm.unwrap_or(0.0);
-    let thickness = FOOTPRINT_SHARE * line_sigma_mm * line_sigma_mm * f64::from(nominal.curvature[facet]) / 2.0;
+    let thickness = FOOTPRINT_FACTOR * line_sigma_mm * line_sigma_mm * f64::from(nominal.curvature[facet]) / 2.0;
     let square =
         f64::from(along_mm).powi(2) + pose + thickness * thickness + f64::from(nominal.sag_mm[facet]).powi(2);
     Budget { noise_mm: own * point.cosine, shared_mm: square.sqrt() as f32 }

@@ -20,7 +20,7 @@ use crate::interface::request::MeasureError;
 use crate::measuring::missing::missing;
 use crate::measuring::noise::redundancy;
 use crate::params::{
-    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, DEFAULT_CAPTURE_SHARE, DEFAULT_REACH_SHARE, MIN_COSINE,
+    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, DEFAULT_CAPTURE_RELATIVE, DEFAULT_REACH_RELATIVE, MIN_COSINE,
     MIN_FEATURE_POINTS,
 };
 
@@ -45,8 +45,8 @@ pub fn compare(
         let error = MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.len() };
         return Err(error.into());
     }
-    let reach_mm = request.reach_mm.unwrap_or(DEFAULT_REACH_SHARE * nominal.diagonal_mm);
-    let capture_mm = request.capture_mm.unwrap_or(DEFAULT_CAPTURE_SHARE * nominal.diagonal_mm);
+    let reach_mm = request.reach_mm.unwrap_or(DEFAULT_REACH_RELATIVE * nominal.diagonal_mm);
+    let capture_mm = request.capture_mm.unwrap_or(DEFAULT_CAPTURE_RELATIVE * nominal.diagonal_mm);
     let all = samples.indices();
     let (few, redundancy) = (thinned(&all, BEST_FIT_POINTS), redundancy(&samples, &all));
     let fit_points: Vec<FitPoint> = few.iter().map(|idx| fit_point(&samples, *idx)).collect();

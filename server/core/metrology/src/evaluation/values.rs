@@ -10,7 +10,7 @@ use crate::evaluation::rims::contour::Contour;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{Shape, across};
 use crate::measuring::value::{band_width, turn_rad};
-use crate::params::FLATNESS_SHARE;
+use crate::params::FLATNESS_FRACTION;
 use crate::plan::characteristic::{Axis, Measure};
 use crate::plan::document::Plan;
 use crate::plan::feature::FeatureShape;
@@ -257,7 +257,7 @@ pub(crate) fn band(measure: &Measure, residuals: &mut [f64]) -> f64 {
     }
     residuals.iter_mut().for_each(|residual| *residual = residual.abs());
     residuals.sort_unstable_by(f64::total_cmp);
-    let rank = FLATNESS_SHARE * residuals.len().saturating_sub(1) as f64;
+    let rank = FLATNESS_FRACTION * residuals.len().saturating_sub(1) as f64;
     residuals.get(rank.round() as usize).map_or(0.0, |widest| 2.0 * widest)
 }
 

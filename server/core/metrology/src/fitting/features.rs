@@ -11,8 +11,9 @@ use crate::fitting::robust::{TrimmedFit, fit_trimmed, normalised_distance, withi
 use crate::fitting::sample::Samples;
 use crate::interface::shape::Shape;
 use crate::params::{
-    MAX_CURVED_LIGHT_TANGENT, MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE,
-    MIN_INTERIOR_SHARE, MIN_TABLE_SHARE, NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
+    MAX_CURVED_LIGHT_TANGENT, MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_FEATURE_FRACTION,
+    MIN_FEATURE_POINTS, MIN_INTERIOR_FRACTION, MIN_TABLE_FRACTION, NOMINAL_HINT_RELATIVE, PARALLEL_DEGREES,
+    RANSAC_BAND_SIGMAS,
 };
 
 /// First trim of a refinement, σ: the hypothesis passes through noisy points and has as large an error itself.
@@ -84,7 +85,7 @@ impl Search<'_> {
 
     fn is_at_height(&self, idx: u32, base: &Shape, height_mm: f64) -> bool {
         let height = base.distance_mm(&self.samples.position(idx)).abs();
-        (height - height_mm.abs()).abs() <= NOMINAL_HINT_SHARE * height_mm.abs()
+        (height - height_mm.abs()).abs() <= NOMINAL_HINT_RELATIVE * height_mm.abs()
     }
 
     /// The sphere with the most points; `radius_mm` restricts its size.
@@ -112,8 +113,8 @@ impl Search<'_> {
     fn radii(&self, hint_mm: Option<f64>) -> RadiusRange {
         match hint_mm {
             Some(hint) => RadiusRange {
-                min_mm: hint.abs() * (1.0 - NOMINAL_HINT_SHARE),
-                max_mm: hint.abs() * (1.0 + NOMINAL_HINT_SHARE),
+                min_mm: hint.abs() * (1.0 - NOMINAL_HINT_RELATIVE),
+                max_mm: hint.abs() * (1.0 + NOMINAL_HINT_RELATIVE),
             },
             None => {
                 RadiusRange { min_mm: MIN_RADIUS_SIGMAS * self.samples.sigma_mm, max_mm: self.samples.extent_mm }
@@ -136,7 +137,7 @@ impl Search<'_> {
         let all = self.samples.indices();
         let table = ransac::plane(self.samples, &all, &mut self.rng)
             .and_then(|start| fit_trimmed(self.samples, &all, &start, FIRST_TRIM_SIGMAS, false))
-            .filter(|table| table.inliers.len() as f64 >= MIN_TABLE_SHARE * all.len() as f64);
+            .filter(|table| table.inliers.len() as f64 >= MIN_TABLE_FRACTION * all.len() as f64);
         match table {
             Some(table) => self.beyond(&all, &table.shape, REMOVAL_TRIMS * table.trim),
             None => all,
@@ -157,7 +158,7 @@ impl Search<'_> {
         };
         let inside = self.without_steep(inside, &whole.shape);
         let trimmed = fit_trimmed(self.samples, &inside, &whole.shape, whole.trim, true)?;
-        let enough = (MIN_FEATURE_SHARE * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
+        let enough = (MIN_FEATURE_FRACTION * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
         (trimmed.inliers.len() as f64 >= enough).then(|| FeatureFit {
             role,
             shape: self.facing_camera(&trimmed),
@@ -189,7 +190,7 @@ impl Search<'_> {
             }
         };
         let frontal: Vec<u32> = inside.par_iter().copied().filter(is_frontal).collect();
-        if frontal.len() as f64 >= MIN_INTERIOR_SHARE * inside.len() as f64 { frontal } else { inside }
+        if frontal.len() as f64 >= MIN_INTERIOR_FRACTION * inside.len() as f64 { frontal } else { inside }
     }
 
     /// Viewing direction for a feature's outline: the normal of a plane, otherwise the mean ray.

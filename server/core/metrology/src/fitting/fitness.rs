@@ -7,7 +7,9 @@ use crate::fitting::sample::Samples;
 use crate::interface::findings::Finding;
 use crate::interface::measurement::FittedFeature;
 use crate::interface::shape::Shape;
-use crate::params::{ARC_TAIL_SHARE, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
+use crate::params::{
+    ARC_TAIL_FRACTION, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_FRACTION, MAX_RESIDUAL_RATIO, MIN_ARC_DEG,
+};
 
 /// Findings against the fitted features. `expected_mm`: the RMS of each along its normal predicted from the noise.
 pub(crate) fn findings(
@@ -24,9 +26,9 @@ pub(crate) fn findings(
         if samples.sigma_known && fitted.rms_mm > allowed_mm {
             findings.push(Finding::ModelMisfit { role, rms_mm: fitted.rms_mm, allowed_mm });
         }
-        let share = fitted.n_outliers as f64 / (fitted.n_points + fitted.n_outliers) as f64;
-        if share > MAX_OFF_SURFACE_SHARE {
-            findings.push(Finding::OffSurface { role, share });
+        let fraction = fitted.n_outliers as f64 / (fitted.n_points + fitted.n_outliers) as f64;
+        if fraction > MAX_OFF_SURFACE_FRACTION {
+            findings.push(Finding::OffSurface { role, fraction });
         }
         if let Some(arc_deg) = arc_deg(samples, found).filter(|arc_deg| *arc_deg < MIN_ARC_DEG) {
             findings.push(Finding::ShortArc { role, arc_deg });
@@ -45,6 +47,6 @@ fn arc_deg(samples: &Samples, feature: &FeatureFit) -> Option<f64> {
     let mean = normals.iter().sum::<Vector3<f64>>().try_normalize(f64::MIN_POSITIVE)?;
     let mut cosines: Vec<f64> = normals.iter().map(|normal| normal.dot(&mean)).collect();
     cosines.sort_unstable_by(f64::total_cmp);
-    let outermost = cosines[(ARC_TAIL_SHARE * cosines.len() as f64) as usize];
+    let outermost = cosines[(ARC_TAIL_FRACTION * cosines.len() as f64) as usize];
     Some(2.0 * outermost.clamp(-1.0, 1.0).acos().to_degrees())
 }

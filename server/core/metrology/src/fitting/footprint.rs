@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use scanning::Cloud;
 
 use crate::interface::shape::Shape;
-use crate::params::{FOOTPRINT_SHARE, LINE_SIGMA_KEY, MIN_COSINE};
+use crate::params::{FOOTPRINT_FACTOR, LINE_SIGMA_KEY, MIN_COSINE};
 
 /// Thickness of the light sheets as stated by the scan (one σ, mm).
 pub(crate) fn line_sigma_mm(cloud: &Cloud) -> Option<f64> {
@@ -41,7 +41,7 @@ pub(crate) fn footprint_mm(
     let sag = line_sigma_mm * line_sigma_mm / across_square * curvature / 2.0;
     let through = sheet_normal.dot(ray);
     let through = if through.abs() < MIN_COSINE { MIN_COSINE.copysign(through) } else { through };
-    FOOTPRINT_SHARE * sag * (1.0 - to_sheet * normal.dot(ray) / through)
+    FOOTPRINT_FACTOR * sag * (1.0 - to_sheet * normal.dot(ray) / through)
 }
 
 #[cfg(test)]
@@ -56,7 +56,7 @@ mod tests {
         // s²/2R = 4 µm.
         let ray = Vector3::new(0.0, 0.5, 0.75f64.sqrt());
         let pull = footprint_mm(&shape, &top, &ray, &Vector3::y(), 0.4);
-        assert!((pull - FOOTPRINT_SHARE * 0.004).abs() < 1e-12, "{pull}");
+        assert!((pull - FOOTPRINT_FACTOR * 0.004).abs() < 1e-12, "{pull}");
     }
 
     #[test]

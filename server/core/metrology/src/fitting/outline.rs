@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::fitting::sample::Samples;
 use crate::interface::shape::across;
-use crate::params::MIN_INTERIOR_SHARE;
+use crate::params::MIN_INTERIOR_FRACTION;
 
 /// Factor by which cells grow until they are coarser than the sampling.
 const CELL_GROWTH: f64 = 1.5;
@@ -51,7 +51,7 @@ impl Outline {
             }
             cell_mm *= CELL_GROWTH;
         }
-        best.filter(|(inside, _)| *inside as f64 >= MIN_INTERIOR_SHARE * flat.len() as f64)
+        best.filter(|(inside, _)| *inside as f64 >= MIN_INTERIOR_FRACTION * flat.len() as f64)
             .map(|(_, outline)| outline)
     }
 

@@ -9,7 +9,7 @@ use crate::fitting::footprint::line_sigma_mm;
 use crate::interface::region::Region;
 use crate::interface::shape::Shape;
 use crate::params::{
-    BORDER_SIGMAS, DEFAULT_LINE_SIGMA_RELATIVE, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT,
+    BORDER_SIGMAS, DEFAULT_LINE_SIGMA_RELATIVE, MIN_COSINE, MIN_SIGMA_RATIO, UNKNOWN_SIGMA_PER_EXTENT,
 };
 
 /// One point.
@@ -178,7 +178,7 @@ impl<'a> Samples<'a> {
         Sample {
             in_part: PointMm::new(position(point)),
             ray: self.ray(point).unwrap_or_else(Vector3::z),
-            sigma_mm: known_sigma_mm(point).map_or(self.sigma_mm, |own| own.max(MIN_SIGMA_SHARE * self.sigma_mm)),
+            sigma_mm: known_sigma_mm(point).map_or(self.sigma_mm, |own| own.max(MIN_SIGMA_RATIO * self.sigma_mm)),
             order: point.order,
         }
     }

@@ -83,7 +83,7 @@ pub enum Finding {
         /// The feature.
         role: &'static str,
         /// Their fraction, 0–1.
-        share: f64,
+        fraction: f64,
     },
     /// The points cover too short an arc to determine the radius.
     ShortArc {
@@ -113,11 +113,11 @@ impl fmt::Display for Finding {
                 "{role}: the model does not fit: residuals of {rms_mm:.3} mm RMS, noise and form explain {allowed_mm:.3} mm; \
                  check the tool, or give a region around the feature"
             ),
-            Self::OffSurface { role, share } => write!(
+            Self::OffSurface { role, fraction } => write!(
                 f,
                 "{role}: the model does not fit: {:.0} % of the points inside its outline are off its surface; check \
                  the tool, or give a region around the feature",
-                1e2 * share
+                1e2 * fraction
             ),
             Self::ShortArc { role, arc_deg } => {
                 write!(f, "{role}: an arc of {arc_deg:.0}° is too short to determine a radius; scan more of it")

@@ -10,7 +10,7 @@ use crate::measuring::form::keep_form;
 use crate::params::BASE_SPREAD_RATIO;
 
 /// Fraction of the points left out at each end when the extent of a face is measured, so that outliers do not widen it.
-const SPREAD_TAIL_SHARE: f64 = 0.02;
+const SPREAD_TAIL_FRACTION: f64 = 0.02;
 
 /// Finds the features of a tool, in the order [`value`](super::value::value) expects.
 pub(crate) fn find(
@@ -121,7 +121,7 @@ fn spread_mm2(samples: &Samples, face: &FeatureFit, axes: &[Vector3<f64>; 2]) ->
         .map(|axis| {
             let mut along: Vec<f64> = face.inliers.iter().map(|&idx| axis.dot(&samples.position(idx))).collect();
             along.sort_unstable_by(f64::total_cmp);
-            let tail = (SPREAD_TAIL_SHARE * along.len() as f64) as usize;
+            let tail = (SPREAD_TAIL_FRACTION * along.len() as f64) as usize;
             along[along.len() - 1 - tail] - along[tail]
         })
         .product()

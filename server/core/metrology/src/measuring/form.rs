@@ -12,9 +12,9 @@ use crate::fitting::robust::{normalised_distance, within};
 use crate::fitting::sample::Samples;
 use crate::measuring::noise::{correlation_px, redundancy, spacing_px};
 use crate::measuring::value::band_width;
-use crate::params::{FLATNESS_SHARE, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
+use crate::params::{FLATNESS_FRACTION, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
 
-/// Quantile of the standard normal distribution at the ends of [`FLATNESS_SHARE`], and its density there.
+/// Quantile of the standard normal distribution at the ends of [`FLATNESS_FRACTION`], and its density there.
 const TAIL_QUANTILE: f64 = 3.290_5;
 const TAIL_DENSITY: f64 = 0.001_780;
 
@@ -75,7 +75,7 @@ pub(crate) fn flatness(samples: &Samples, plane: &FeatureFit) -> Flatness {
     without_noise(samples, &plane.inliers, &residuals, band_width)
 }
 
-/// The width of a form's zone without the share of the noise. `residuals`: of the points `inliers`, mm; `band`: the width
+/// The width of a form's zone without the contribution of noise. `residuals`: of the points `inliers`, mm; `band`: the width
 /// of the zone that holds 99.9 % of them.
 pub(crate) fn without_noise(
     samples: &Samples,
@@ -92,7 +92,7 @@ pub(crate) fn without_noise(
     let linear = (band_mm - noise_band_mm).max(0.0);
     let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
     let n_independent = n / redundancy(samples, inliers);
-    let tail = (1.0 - FLATNESS_SHARE) / 2.0;
+    let tail = (1.0 - FLATNESS_FRACTION) / 2.0;
     let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
     Flatness {
         value_mm: (linear + quadratic) / 2.0,

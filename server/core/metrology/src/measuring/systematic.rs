@@ -20,7 +20,7 @@ use crate::measuring::measure::Measurand;
 use crate::measuring::noise::FeatureNoise;
 use crate::measuring::temperature::wavelength_drift;
 use crate::measuring::value::{FirstPoints, value};
-use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
+use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_RATIO, SYSTEMATIC_POINTS};
 
 /// A point with the data needed to triangulate it again.
 pub(crate) struct Pixel {
@@ -146,7 +146,7 @@ impl<'a> Retriangulation<'a> {
             .map(|&idx| {
                 let total = samples.at(idx).sigma_mm;
                 let systematic = systematic_at(idx).unwrap_or(0.0);
-                (total * total - systematic * systematic).max(0.0).sqrt().max(MIN_NOISE_SHARE * total)
+                (total * total - systematic * systematic).max(0.0).sqrt().max(MIN_NOISE_RATIO * total)
             })
             .collect();
         FeatureNoise { sigma_mm }

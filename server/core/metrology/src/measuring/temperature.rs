@@ -6,7 +6,7 @@ use optics::{Calibration, LightSurfaces, Plane};
 use crate::params::{TEMPERATURE_SIGMA_K, WAVELENGTH_DRIFT_PER_K};
 
 /// Singular values below this fraction of the largest are zero: planes through one line determine no position along it.
-const RANK_SHARE: f64 = 1e-4;
+const RANK_TOLERANCE: f64 = 1e-4;
 
 /// The calibration one σ warmer and one σ colder; `None` if its light model does not depend on the wavelength.
 pub(crate) fn wavelength_drift(calibration: &Calibration) -> Option<[Calibration; 2]> {
@@ -34,7 +34,7 @@ fn turn(planes: &mut [(i8, Plane)], share: f64) -> Option<()> {
     let normals = DMatrix::from_fn(planes.len(), 3, |row, column| planes[row].1.normal[column]);
     let offsets = DVector::from_iterator(planes.len(), planes.iter().map(|(_, plane)| -plane.offset_mm));
     let svd = normals.svd(true, true);
-    let point = svd.solve(&offsets, RANK_SHARE * svd.singular_values.max()).ok()?;
+    let point = svd.solve(&offsets, RANK_TOLERANCE * svd.singular_values.max()).ok()?;
     let point = Vector3::new(point[0], point[1], point[2]);
     for (order, plane) in planes {
         let normal = (plane.normal + by_order * (f64::from(*order) * share)).normalize();

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Measurand;
-use crate::params::FLATNESS_SHARE;
+use crate::params::FLATNESS_FRACTION;
 
 /// Data of the first shape's points, part frame.
 pub(crate) struct FirstPoints {
@@ -50,13 +50,13 @@ pub(crate) fn turn_rad(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     if sine > 0.0 { cross * (sine.atan2(from.dot(to)) / sine) } else { cross }
 }
 
-/// Width of the interval that contains the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.
+/// Width of the interval that contains the central [`FLATNESS_FRACTION`] of the values, interpolated between ranks.
 pub(crate) fn band_width(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
     values.sort_unstable_by(f64::total_cmp);
-    let tail = (1.0 - FLATNESS_SHARE) / 2.0;
+    let tail = (1.0 - FLATNESS_FRACTION) / 2.0;
     let quantile = |share: f64| {
         let rank = share * (values.len() - 1) as f64;
         let below = values[rank.floor() as usize];

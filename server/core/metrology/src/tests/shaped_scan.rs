@@ -19,9 +19,9 @@ const SHEET_SIGMA_MM: f64 = 0.1;
 
 /// Blur of a line's end (one σ, mm), and the fraction of its intensity below which the extraction ends a line.
 pub(super) const BLUR_MM: f64 = 0.15;
-const CUT_SHARE: f64 = 0.3;
+const CUT_FRACTION: f64 = 0.3;
 
-/// Quantile of the standard normal distribution at [`CUT_SHARE`].
+/// Quantile of the standard normal distribution at [`CUT_FRACTION`].
 const CUT_QUANTILE: f64 = 0.524_4;
 
 /// Largest height of a part above its datum plane, mm.
@@ -149,7 +149,7 @@ fn lit(
     // A wall: the light passes a face.
     let is_wall = rest.abs() > 1e-6;
     let share = phi(inside / BLUR_MM);
-    (!is_wall && below < 406.0 && share >= CUT_SHARE)
+    (!is_wall && below < 406.0 && share >= CUT_FRACTION)
         .then(|| Some((truth.camera.project(&on_sheet(below))?, share)))
         .flatten()
 }

@@ -24,7 +24,7 @@ pub fn find_board(image: &GreyImage, target: &Target) -> Result<BoardCorners, Co
             &CharucoParams {
                 columns: board.columns,
                 rows: board.rows,
-                marker_share: board.marker_mm / board.square_mm.x_mm.min(board.square_mm.y_mm),
+                marker_ratio: board.marker_mm / board.square_mm.x_mm.min(board.square_mm.y_mm),
                 dictionary: board.dictionary.clone(),
             },
         ),

@@ -35,7 +35,7 @@ type Extracted<T> = Result<T, Failure>;
 /// Reads every board image and laser image of the calibration part of `capture`.
 ///
 /// An image without a whole board, or without a laser line, is left out and reported, provided that at least
-/// `MIN_READABLE_SHARE` of its kind can be read; otherwise the cause probably affects all images, and the
+/// `MIN_READABLE_FRACTION` of its kind can be read; otherwise the cause probably affects all images, and the
 /// calibration is refused. With `leave_out_unreadable` it continues with any number of images. A damaged file is
 /// always an error.
 pub fn calibration_features(
@@ -150,7 +150,7 @@ fn readable<T>(
     leave_out_unreadable: bool,
     left_out: &mut Vec<String>,
 ) -> Result<Vec<Option<T>>, Failure> {
-    let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
+    let n_needed = (MIN_READABLE_FRACTION * found.len() as f64).ceil() as usize;
     let n_readable = found.iter().filter(|found| found.is_ok()).count();
     let may_leave_out = leave_out_unreadable || n_readable >= n_needed;
     let keep = |found: Extracted<T>| match found {
@@ -166,7 +166,7 @@ fn readable<T>(
 
 /// Fraction of the board images, and of the laser images, that must be readable: single images may be bad, but if
 /// most are, the content is missing or described wrongly.
-const MIN_READABLE_SHARE: f64 = 0.5;
+const MIN_READABLE_FRACTION: f64 = 0.5;
 
 fn board_images(capture: &Capture) -> Vec<NamedImage<'_>> {
     let poses = capture.manifest.poses.iter().enumerate();

@@ -40,12 +40,12 @@ pub enum Finding {
     /// The background shows another pose or part.
     BackgroundOfAnotherPose {
         /// Fraction of the image that is darker with the laser on than off.
-        darker_share: f64,
+        darker_fraction: f64,
     },
     /// The ambient light was weaker in the image with the laser on.
     DimmerAmbientLight {
         /// Its brightness relative to the background.
-        share: f32,
+        ratio: f32,
     },
 }
 
@@ -86,10 +86,10 @@ impl fmt::Display for Finding {
                 f,
                 "laser on and off seem to be swapped: the background shows lines ({swapped} points against {own})"
             ),
-            Self::BackgroundOfAnotherPose { darker_share } => {
-                SceneChange::PoseChanged { darker_fraction: *darker_share }.fmt(f)
+            Self::BackgroundOfAnotherPose { darker_fraction } => {
+                SceneChange::PoseChanged { darker_fraction: *darker_fraction }.fmt(f)
             }
-            Self::DimmerAmbientLight { share } => SceneChange::DimmerAmbient { ratio: *share }.fmt(f),
+            Self::DimmerAmbientLight { ratio } => SceneChange::DimmerAmbient { ratio: *ratio }.fmt(f),
         }
     }
 }
@@ -148,10 +148,8 @@ pub fn scene_change_finding(on: &CameraImage, off: &CameraImage) -> Option<Findi
 impl From<SceneChange> for Finding {
     fn from(change: SceneChange) -> Self {
         match change {
-            SceneChange::PoseChanged { darker_fraction: darker_share } => {
-                Self::BackgroundOfAnotherPose { darker_share }
-            }
-            SceneChange::DimmerAmbient { ratio: share } => Self::DimmerAmbientLight { share },
+            SceneChange::PoseChanged { darker_fraction } => Self::BackgroundOfAnotherPose { darker_fraction },
+            SceneChange::DimmerAmbient { ratio } => Self::DimmerAmbientLight { ratio },
         }
     }
 }

@@ -16,11 +16,11 @@ const MIN_OF_LINES: f32 = 0.5;
 const MIN_OF_FULL_SCALE: f32 = 0.1;
 /// Largest width of light considered, relative to the size of the image across the lines; wider light is a bright
 /// surface.
-const MAX_WIDTH_SHARE: f32 = 0.25;
+const MAX_WIDTH_RELATIVE: f32 = 0.25;
 /// Widest line that the extraction supports (`docs/maths/centreline.md`, known limits).
 const MAX_LINE_WIDTH_PX: usize = 40;
 /// Fraction of full scale from which light is clipped.
-const CLIPPED_SHARE: f32 = 0.98;
+const CLIPPED_FRACTION: f32 = 0.98;
 /// Largest distance of a point from the light to which it belongs, px.
 const MAX_DISTANCE_PX: f64 = 3.0;
 /// Light up to this width along the first or last row is a border that a program drew around the image.
@@ -163,7 +163,7 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
     let columns = strip * STRIP_PX..(strip + 1) * STRIP_PX;
     let mean = |v: usize| columns.clone().map(|u| image.at(u, v)).sum::<f32>() / STRIP_PX as f32;
     let profile: Vec<f32> = (0..image.height()).map(mean).collect();
-    let surroundings = opened(&profile, (MAX_WIDTH_SHARE * image.height() as f32) as usize);
+    let surroundings = opened(&profile, (MAX_WIDTH_RELATIVE * image.height() as f32) as usize);
     let light: Vec<f32> = profile.iter().zip(&surroundings).map(|(light, dark)| light - dark).collect();
     let mut pieces = Vec::new();
     let mut v = 0;
@@ -179,7 +179,7 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
         let peak = (v..end).find(|&at| light[at] == height).unwrap_or(v);
         let from = (0..=peak).rev().take_while(is_lit).last().unwrap_or(peak);
         let to = (peak..light.len()).take_while(is_lit).last().unwrap_or(peak);
-        let is_clipped = brightest >= CLIPPED_SHARE * image.full_scale();
+        let is_clipped = brightest >= CLIPPED_FRACTION * image.full_scale();
         let (width_px, is_at_border) = (to - from + 1, from == 0 || to + 1 == light.len());
         if !(is_at_border && width_px <= MAX_BORDER_PX) {
             pieces.push(Piece { strip, middle: (from + to) / 2, width_px, height, is_clipped });

@@ -29,7 +29,7 @@ const FRAMES_PER_SURFEL: f64 = 3.0;
 const INFORMATION_OVER_NOISE: f64 = 10.0;
 /// Largest σ of the axis' direction, rad, and of its position relative to its distance: as for boards.
 const MAX_TILT_SIGMA_RAD: f64 = 0.005;
-const MAX_SHIFT_SIGMA_SHARE: f64 = 0.002;
+const MAX_SHIFT_SIGMA_RELATIVE: f64 = 0.002;
 /// The iterations end when a step is below this fraction of σ.
 const STEP_SIGMAS: f64 = 0.2;
 
@@ -272,7 +272,7 @@ fn checked(
         block.symmetric_eigenvalues().max().max(0.0).sqrt()
     };
     let (tilt_sigma_rad, shift_sigma_mm) = (worst(0), worst(2));
-    if tilt_sigma_rad > MAX_TILT_SIGMA_RAD || shift_sigma_mm > MAX_SHIFT_SIGMA_SHARE * found.distance_mm {
+    if tilt_sigma_rad > MAX_TILT_SIGMA_RAD || shift_sigma_mm > MAX_SHIFT_SIGMA_RELATIVE * found.distance_mm {
         return Err(PartAxisError::TooUncertain { tilt_sigma_deg: tilt_sigma_rad.to_degrees(), shift_sigma_mm });
     }
     let Iteration { n_pairs, rms_mm, noise_ratio, .. } = found;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::input::line_widths::Width;
 use crate::params::{
-    OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_CONFIRMED_SHARE, STEP_MIN_POINTS, STEP_MIN_WIDTHS, STEP_SIGMAS,
+    OPEN_FRACTION, STEP_BLUR_WIDTHS, STEP_CONFIRMED_FRACTION, STEP_MIN_POINTS, STEP_MIN_WIDTHS, STEP_SIGMAS,
     STEP_WINDOW_WIDTHS, WIDTH_WINDOW_WIDTHS,
 };
 
@@ -53,12 +53,13 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     let share = |stretch: &Range<usize>, holds: fn(&RunPoint) -> bool| {
         run[stretch.clone()].iter().filter(|point| holds(point)).count() as f64 / stretch.len().max(1) as f64
     };
-    let is_confirmed = |stretch: &Range<usize>| share(stretch, |point| point.is_confirmed) >= STEP_CONFIRMED_SHARE;
+    let is_confirmed =
+        |stretch: &Range<usize>| share(stretch, |point| point.is_confirmed) >= STEP_CONFIRMED_FRACTION;
     let longest = stretches.iter().map(Range::len).max().unwrap_or(0);
     let none_confirmed = !stretches.iter().any(is_confirmed);
     let carried = |stretch: &Range<usize>| {
         let is_kept = is_confirmed(stretch) || none_confirmed && stretch.len() == longest;
-        !is_kept && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
+        !is_kept && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_FRACTION
     };
     let with_smoothed_ends = |idx: usize| {
         let before = idx.checked_sub(1).map_or(0, |before| stretches[before].end);

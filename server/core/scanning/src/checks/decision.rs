@@ -10,7 +10,7 @@ use crate::checks::rivals::{Confirmation, Rivals, neighbours};
 use crate::checks::widths::Widths;
 use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::{LineWidths, Width};
-use crate::params::{COMPARE_STRIDE_PX, RUN_REJECTED_SHARE, STUB_WIDTHS, WIDTH_WINDOW_WIDTHS};
+use crate::params::{COMPARE_STRIDE_PX, RUN_REJECTED_FRACTION, STUB_WIDTHS, WIDTH_WINDOW_WIDTHS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 
@@ -104,7 +104,7 @@ impl<'a> PointFilter<'a> {
         for run in profile.points.chunk_by(|a, b| self.follow(a, b)) {
             let contradicted: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
             let n_contradicted = contradicted.iter().filter(|contradicted| **contradicted).count();
-            let whole_run = n_contradicted as f64 > RUN_REJECTED_SHARE * run.len() as f64;
+            let whole_run = n_contradicted as f64 > RUN_REJECTED_FRACTION * run.len() as f64;
             let places = (first..).zip(contradicted).filter(|(_, contradicted)| whole_run || *contradicted);
             contradicted_points.extend(places.map(|(place, _)| place));
             first += run.len() as u32;
@@ -201,7 +201,7 @@ impl<'a> PointFilter<'a> {
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let has_rival = &has_rival[first..first + run.len()];
             let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
-            let whole_run = n_rivals as f64 > RUN_REJECTED_SHARE * run.len() as f64;
+            let whole_run = n_rivals as f64 > RUN_REJECTED_FRACTION * run.len() as f64;
             run.iter_mut()
                 .zip(has_rival)
                 .for_each(|(checked, has_rival)| checked.is_rejected |= whole_run || *has_rival);

@@ -3,7 +3,7 @@
 //! A watch warns where its value is significant. It invalidates where the error that it shows exceeds the expanded
 //! uncertainty stated for the points, by more than its own uncertainty.
 
-use crate::params::watches::{COVERAGE, POWER_SIGMA_FLOOR, REFERENCE_SCANS, WARN_SHARE, WARN_SIGMAS};
+use crate::params::watches::{COVERAGE, POWER_SIGMA_FLOOR, REFERENCE_SCANS, WARN_FRACTION, WARN_SIGMAS};
 use crate::watches::drift::{Drift, Estimate};
 use crate::watches::order_powers::OrderPowers;
 use crate::watches::{LostSteps, WatchReport};
@@ -268,7 +268,7 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
     let by_mm = drift.depth_mm_by_wavelength;
     let (error_mm, sigma_mm) = ((wavelength.value * by_mm).abs(), wavelength.sigma * by_mm);
     let figure = format!("λ/d {:+.1} ± {:.1} ·10⁻⁴", wavelength.value * 1e4, wavelength.sigma * 1e4);
-    let is_clear = wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
+    let is_clear = wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_FRACTION * stated_mm;
     if !is_clear && drift.correction().is_none() {
         let quiet = verdict(watch, WatchState::Quiet, WatchReason::WavelengthStable, figure);
         return WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..quiet };
@@ -308,7 +308,7 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
     let (error_mm, sigma_mm) = ((scale.value * length_mm).abs(), scale.sigma * length_mm);
     let figure =
         format!("excess travel {:+.1} ± {:.1} ·10⁻⁴ of the stated distance", scale.value * 1e4, scale.sigma * 1e4);
-    let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
+    let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_FRACTION * stated_mm;
     let (state, code, reason) = if is_clear {
         (
             state_for_error(error_mm, sigma_mm, stated_mm),

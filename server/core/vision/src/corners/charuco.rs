@@ -33,7 +33,7 @@ pub struct CharucoParams {
     /// Squares along a column.
     pub rows: usize,
     /// Side of a marker over the side of a square.
-    pub marker_share: f64,
+    pub marker_ratio: f64,
     /// OpenCV's name of the dictionary, such as `DICT_4X4_50`.
     pub dictionary: String,
 }
@@ -113,7 +113,7 @@ pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCo
     let places = marked_places(image, params).ok_or(missed)?;
     let incomplete =
         |found| CornerError::Incomplete { inner_columns, inner_rows, found, needed: inner_columns * inner_rows };
-    let reach_squares = CHARUCO_WINDOW_FRACTION * 0.5 * (1.0 - params.marker_share);
+    let reach_squares = CHARUCO_WINDOW_FRACTION * 0.5 * (1.0 - params.marker_ratio);
     let (indices, first) = first_fits(image, &places, reach_squares).ok_or_else(|| incomplete(places.len()))?;
     if first.len() < MIN_SEED_CORNERS {
         return Err(incomplete(first.len()));
@@ -154,7 +154,7 @@ fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usiz
         params.rows as u32,
         params.columns as u32,
         1.0,
-        params.marker_share as f32,
+        params.marker_ratio as f32,
         resolve_dictionary(&params.dictionary)?,
     );
     let detector = CharucoDetector::new(DetectorParams::for_board(board)).ok()?;

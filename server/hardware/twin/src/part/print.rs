@@ -44,7 +44,7 @@ impl Print {
                 let params = CharucoParams {
                     columns: board.columns,
                     rows: board.rows,
-                    marker_share: fraction,
+                    marker_ratio: fraction,
                     dictionary: board.dictionary.clone(),
                 };
                 let cells = (0..board.columns * board.rows / 2).map_while(|id| params.marker_cells(id));
@@ -136,7 +136,7 @@ mod tests {
             dictionary: dictionary.clone(),
         });
         let Print::Markers(markers) = Print::of(&target) else { panic!("a board with markers") };
-        let params = CharucoParams { columns: 5, rows: 4, marker_share: 0.6, dictionary };
+        let params = CharucoParams { columns: 5, rows: 4, marker_ratio: 0.6, dictionary };
         let span = Vector2::repeat(1e-6);
         // White squares in order: (1, 0), (3, 0), (0, 1), (2, 1), (4, 1), (1, 2) …
         for (id, (column, row)) in [(1, 0), (3, 0), (0, 1), (2, 1), (4, 1), (1, 2)].into_iter().enumerate() {

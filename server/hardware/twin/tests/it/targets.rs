@@ -61,9 +61,9 @@ fn discs_and_markers_are_found_where_they_project() {
             let image = renderer.board_image(&Scene::Board(board.clone()), 0.0, 0);
             let found = match &target {
                 Target::Charuco(of) => {
-                    let (columns, rows, marker_share) = (of.columns, of.rows, of.marker_mm / of.square_mm.x_mm);
+                    let (columns, rows, marker_ratio) = (of.columns, of.rows, of.marker_mm / of.square_mm.x_mm);
                     let dictionary = of.dictionary.clone();
-                    find_charuco(&image, &CharucoParams { columns, rows, marker_share, dictionary })
+                    find_charuco(&image, &CharucoParams { columns, rows, marker_ratio, dictionary })
                 }
                 other => {
                     let (of, staggered) = other.circles().unwrap();

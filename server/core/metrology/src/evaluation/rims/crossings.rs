@@ -110,11 +110,11 @@ impl End {
 
 /// Whether a fraction of the full intensity determines the distance to the rim.
 fn is_fading(share: f64) -> bool {
-    (FADING_SHARE..1.0 - FADING_SHARE).contains(&share)
+    (FADING_FRACTION..1.0 - FADING_FRACTION).contains(&share)
 }
 
 /// Fractions closer than this to 0 or 1 are dominated by noise.
-const FADING_SHARE: f64 = 0.05;
+const FADING_FRACTION: f64 = 0.05;
 
 /// Quantile of the standard normal distribution between 2.5 % and 97.5 %, good to 1e-8 (Acklam's rational function).
 fn quantile(share: f64) -> f64 {

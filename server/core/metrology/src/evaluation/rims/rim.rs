@@ -14,8 +14,8 @@ use crate::interface::findings::Finding;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{Shape, across};
 use crate::params::{
-    FORM_RMS_RELATIVE, RIM_BLUR_SHARE, RIM_MAX_GAP_DEG, RIM_MIN_CROSSINGS_PER_PARAMETER, RIM_MIN_FADED_SHARE,
-    RIM_MIN_SINE, TRIM_SIGMAS,
+    FORM_RMS_RELATIVE, RIM_MAX_GAP_DEG, RIM_MIN_CROSSINGS_PER_PARAMETER, RIM_MIN_FADED_FRACTION, RIM_MIN_SINE,
+    RIM_SIGMA_BLURS, TRIM_SIGMAS,
 };
 use crate::plan::feature::FeatureShape;
 
@@ -228,7 +228,7 @@ pub(crate) fn fit(
         contour = contour::fit(&contour, &kept).ok_or_else(missing)?;
         let mut distances: Vec<f64> = kept.iter().map(|p| contour.distance_and_normal(p).0.abs()).collect();
         // The rim is known to a fraction of the blur at best: a better-fitting straight side must not exclude a round end.
-        let least_mm = RIM_BLUR_SHARE * blur_mm.unwrap_or(0.0);
+        let least_mm = RIM_SIGMA_BLURS * blur_mm.unwrap_or(0.0);
         trim_mm =
             (TRIM_SIGMAS * SIGMA_PER_MAD * median(&mut distances).unwrap_or(0.0)).max(least_mm).max(MIN_TRIM_MM);
     }
@@ -251,14 +251,14 @@ pub(crate) fn fit(
     }
     let square: f64 = places.iter().map(|p| contour.distance_and_normal(p).0.powi(2)).sum();
     let n_faded = crossings.iter().filter(|crossing| crossing.has_faded()).count();
-    let has_faded = n_faded as f64 >= RIM_MIN_FADED_SHARE * crossings.len() as f64;
+    let has_faded = n_faded as f64 >= RIM_MIN_FADED_FRACTION * crossings.len() as f64;
     let rim = Rim {
         plane_idx,
         contour,
         axes,
         n_left_out: n_all - crossings.len(),
         rms_mm: (square / places.len() as f64).sqrt(),
-        threshold_mm: blur_mm.filter(|_| has_faded).map(|blur_mm| RIM_BLUR_SHARE * blur_mm),
+        threshold_mm: blur_mm.filter(|_| has_faded).map(|blur_mm| RIM_SIGMA_BLURS * blur_mm),
         crossings,
     };
     let places: Vec<Vector3<f64>> =

@@ -10,7 +10,7 @@ const STANDOFFS_MM: [f64; 3] = [150.0, 400.0, 1000.0];
 /// Cameras, columns and rows: 1.3, 5 and 12.3 megapixels.
 const CAMERAS_PX: [[usize; 2]; 3] = [[1280, 1024], [2448, 2048], [4096, 3000]];
 /// Fraction of half the image available to the outermost line.
-const LINES_SHARE: f64 = 0.62;
+const LINES_FRACTION: f64 = 0.62;
 /// Radius of the ball in a field of ±100 mm, mm.
 const BALL_MM: f64 = 18.9;
 
@@ -64,7 +64,7 @@ impl Station {
             LineDirection::Columns => field_half_width_mm,
         };
         let wavelength_nm = 660.0;
-        let spread = LINES_SHARE * half_across_mm / standoff_mm / f64::from(outermost);
+        let spread = LINES_FRACTION * half_across_mm / standoff_mm / f64::from(outermost);
         let shape = StationShape {
             width_px,
             height_px,

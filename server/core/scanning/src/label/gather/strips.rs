@@ -8,8 +8,8 @@ use super::tracks::Partners;
 use crate::label::pieces::Piece;
 use crate::label::union_find::UnionFind;
 use crate::params::{
-    SMOOTH_SIGMAS, STRIP_LINK_FLOOR_RELATIVE, STRIP_LINK_OVERLAP_WIDTHS, STRIP_LINK_PITCHES, STRIP_LINK_SHARE,
-    STRIP_LINK_SHARE_OF_LONGER,
+    SMOOTH_SIGMAS, STRIP_LINK_FLOOR_RELATIVE, STRIP_LINK_FRACTION, STRIP_LINK_FRACTION_OF_LONGER,
+    STRIP_LINK_OVERLAP_WIDTHS, STRIP_LINK_PITCHES,
 };
 
 /// Per piece: its strip, numbered by first piece.
@@ -49,8 +49,8 @@ pub fn strips(
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
         let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
         shared >= STRIP_LINK_OVERLAP_WIDTHS * line_width_px
-            && shared >= STRIP_LINK_SHARE * a.n_points().min(b.n_points()) as f64
-            && shared >= STRIP_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
+            && shared >= STRIP_LINK_FRACTION * a.n_points().min(b.n_points()) as f64
+            && shared >= STRIP_LINK_FRACTION_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };
     for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth(floor_mm)) {
         unions.join(*a, *b);

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::inference::iterate_conditional_modes;
 use crate::label::gather::evidence::{Evidence, PairKind};
 use crate::label::union_find::UnionFind;
-use crate::params::{OVERLOOKED_ROUNDS, OVERLOOKED_SHARE};
+use crate::params::{OVERLOOKED_PER_SAMPLE, OVERLOOKED_ROUNDS};
 
 /// `labels` with every missed surface adopted that improves the total score.
 pub fn with_overlooked_surfaces(evidence: &Evidence, mut labels: Vec<usize>) -> Vec<usize> {
@@ -40,7 +40,7 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     };
     let is_observed = |slot: usize| {
         let (piece, label) = (slot / n, slot % n);
-        is_other(piece, label) && agreement(slot) >= OVERLOOKED_SHARE * evidence.sizes[piece]
+        is_other(piece, label) && agreement(slot) >= OVERLOOKED_PER_SAMPLE * evidence.sizes[piece]
     };
     let observed: Vec<bool> = (0..labels.len() * n).map(is_observed).collect();
     let mut unions = UnionFind::new(observed.len());

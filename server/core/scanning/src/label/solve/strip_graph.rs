@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use super::shifts::{Costs, Shifts};
 use crate::label::gather::evidence::{Evidence, PairKind, wrong_labels};
-use crate::params::{PIECES_PER_TASK, REPEATED_OBSERVATION_SAMPLES, REPEATED_OBSERVATION_SHARE};
+use crate::params::{PIECES_PER_TASK, REPEATED_OBSERVATION_SAMPLES, REPEATED_OBSERVATIONS_PER_SAMPLE};
 use crate::threads::for_each_chunk;
 
 /// Evidence between strips, without continuity.
@@ -168,7 +168,7 @@ impl StripGraph {
     /// Whether that agreement is enough to make the label plausible.
     pub fn is_plausible(&self, strip: usize, label: usize) -> bool {
         self.repeated_observations(strip, label)
-            >= (REPEATED_OBSERVATION_SHARE * self.sizes[strip]).max(REPEATED_OBSERVATION_SAMPLES)
+            >= (REPEATED_OBSERVATIONS_PER_SAMPLE * self.sizes[strip]).max(REPEATED_OBSERVATION_SAMPLES)
     }
 }
 

@@ -4,8 +4,8 @@ use super::strip_graph::StripGraph;
 use super::trial::Trial;
 use crate::label::gather::evidence::Evidence;
 use crate::params::{
-    CONFIRMED_SHARE, PIECES_PER_TASK, RANK_ONLY_LENGTH_PITCHES, STRIP_TEST_MARGIN, STRIP_TEST_MARGIN_UNCONFIRMED,
-    STRIP_TEST_MARGIN_WITHOUT_RANKS,
+    CONFIRMED_PER_SAMPLE, PIECES_PER_TASK, RANK_ONLY_LENGTH_PITCHES, STRIP_TEST_MARGIN,
+    STRIP_TEST_MARGIN_UNCONFIRMED, STRIP_TEST_MARGIN_WITHOUT_RANKS,
 };
 use crate::threads::map_with;
 
@@ -24,7 +24,7 @@ pub fn doubtful_by_strip(
     let dependents_of_rival = |(trial, unranked): &mut (Trial, Option<Trial>), strip: usize| {
         let is_short = is_moving && lengths_pitches[strip] < RANK_ONLY_LENGTH_PITCHES;
         let is_unconfirmed = is_short
-            && graph.repeated_observations(strip, graph.labels[strip]) < CONFIRMED_SHARE * graph.sizes[strip];
+            && graph.repeated_observations(strip, graph.labels[strip]) < CONFIRMED_PER_SAMPLE * graph.sizes[strip];
         let margin = if is_unconfirmed { STRIP_TEST_MARGIN_UNCONFIRMED } else { STRIP_TEST_MARGIN };
         let rival = trial.rival(strip, margin, |_| true);
         rival.or_else(|| {

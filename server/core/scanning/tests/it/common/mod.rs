@@ -42,7 +42,7 @@ impl KnownScan {
         self.orders.iter().flatten().flatten().filter(|order| order.is_some()).count()
     }
 
-    /// (share of true points recovered, points with a wrong order or on no surface).
+    /// (fraction of true points recovered, points with a wrong order or on no surface).
     pub fn score(&self, result: &scanning::ScanResult) -> (f64, usize) {
         let mut right = 0;
         let mut wrong = 0;

@@ -15,7 +15,7 @@ use super::scene::Noise;
 use super::truth_lines::TruthLine;
 
 /// Depth range of the labels around the standoff, as a fraction of it.
-const DEPTH_SHARE: f64 = 0.14;
+const DEPTH_FRACTION: f64 = 0.14;
 /// Full width of a Gaussian at half its height, standard deviations.
 pub const FWHM_SIGMAS: f64 = 2.354_82;
 /// Latitudes and longitudes of a ball's triangles.
@@ -185,8 +185,8 @@ pub fn calibration_of(model: &StationModel) -> Calibration {
         light: LightSurfaces::Grating(model.grating),
         stage: Some(model.stage),
         depth_range_mm: DepthRangeMm {
-            near_mm: standoff_mm * (1.0 - DEPTH_SHARE),
-            far_mm: standoff_mm * (1.0 + DEPTH_SHARE),
+            near_mm: standoff_mm * (1.0 - DEPTH_FRACTION),
+            far_mm: standoff_mm * (1.0 + DEPTH_FRACTION),
         },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

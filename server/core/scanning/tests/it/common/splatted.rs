@@ -23,7 +23,7 @@ const SPLAT_SIGMAS: f64 = 3.5;
 /// Grey level of the background, its noise, and levels² of shot noise per level.
 const DARK: [f64; 3] = [3.0, 1.2, 0.025];
 /// Weight of a neighbour's speckle in that of a pixel: the correlation of neighbours is 0.36, as on `rig-b`.
-const SPECKLE_SHARE: f64 = 0.19;
+const SPECKLE_NEIGHBOUR_WEIGHT: f64 = 0.19;
 /// Defocus at which lines are three times as wide as in focus.
 const THREE_TIMES_MM: f64 = 50.0;
 
@@ -192,7 +192,7 @@ impl Light {
     fn speckle_field(&self, width: usize, height: usize, noise: &mut Noise) -> Vec<f32> {
         let raw: Vec<f32> = (0..width * height).map(|_| noise.next() as f32).collect();
         let blurred = |values: &[f32], step: usize| -> Vec<f32> {
-            let share = SPECKLE_SHARE as f32;
+            let share = SPECKLE_NEIGHBOUR_WEIGHT as f32;
             let norm = (1.0 + 2.0 * share * share).sqrt();
             let at = |idx: usize| {
                 let beside =
