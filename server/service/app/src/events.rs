@@ -448,7 +448,7 @@ pub struct LiveView {
     /// Who initiated it.
     #[serde(flatten)]
     pub initiator: Initiator,
-    /// Share of full laser power, 0 to 1.
+    /// Fraction of full laser power, 0 to 1.
     pub laser_power: f64,
 }
 
@@ -482,7 +482,7 @@ pub struct LaserSwitched {
     /// Who initiated it.
     #[serde(flatten)]
     pub initiator: Initiator,
-    /// Share of full power, 0 to 1.
+    /// Fraction of full power, 0 to 1.
     pub power: f64,
 }
 

@@ -11,7 +11,7 @@ const LOW_DISK_BYTES = 5e9;
 /** Alarm level: close to the limit at which the server refuses jobs. */
 const FULL_DISK_BYTES = 5e8;
 /** Caution level of the share of messages dropped because the connection is slow. */
-const SLOW_VIEWER_SHARE = 0.2;
+const SLOW_VIEWER_FRACTION = 0.2;
 /** Caution level of the round-trip time: above this, Stop is noticeably delayed. */
 const SLOW_LINK_MS = 250;
 /** Caution level of waiting jobs; the server refuses more than 32. */
@@ -32,7 +32,7 @@ export function framesTone(frames: Schemas["FrameCountsDto"]): Tone {
 
 export function linkTone(stale: boolean, round_trip_ms: number | undefined, dropped: readonly DropCount[]): Tone {
   if (stale) return "alarm";
-  const slow = dropped.some(({ offered, too_slow }) => offered > 100 && too_slow > SLOW_VIEWER_SHARE * offered);
+  const slow = dropped.some(({ offered, too_slow }) => offered > 100 && too_slow > SLOW_VIEWER_FRACTION * offered);
   return slow || (round_trip_ms ?? 0) > SLOW_LINK_MS ? "caution" : "calm";
 }
 

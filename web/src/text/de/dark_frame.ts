@@ -21,6 +21,6 @@ export const dark_frame: Catalogue["dark_frame"] = {
     other_format: "Nicht verwendet: Bildgröße oder Bittiefe hat sich geändert. Neu aufnehmen.",
     hot_pixels:
       "Hotpixel werden korrigiert; das Festmusterrauschen nicht, weil sich Belichtung oder Verstärkung geändert hat. Neu aufnehmen, um beides zu korrigieren.",
-    whole: "Hotpixel und Festmusterrauschen werden in jedem Bild korrigiert.",
+    full: "Hotpixel und Festmusterrauschen werden in jedem Bild korrigiert.",
   },
 };

@@ -21,6 +21,6 @@ export const dark_frame = {
     other_format: "Not in use: image size or bit depth has changed. Retake it.",
     hot_pixels:
       "Hot pixels are corrected; fixed-pattern noise is not, because exposure or gain has changed. Retake it to correct both.",
-    whole: "Hot pixels and fixed-pattern noise are corrected in every frame.",
-  } as Record<Schemas["DarkUseDto"], string>,
+    full: "Hot pixels and fixed-pattern noise are corrected in every frame.",
+  } as Record<Schemas["DarkFrameUseDto"], string>,
 };

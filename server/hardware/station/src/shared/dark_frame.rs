@@ -57,7 +57,7 @@ pub enum DarkFrameUse {
     /// Hot pixels are replaced; the pattern was taken at another gain and is not subtracted.
     HotPixels,
     /// The pattern is subtracted and hot pixels are replaced.
-    Whole,
+    Full,
 }
 
 impl DarkFrameUse {
@@ -68,7 +68,7 @@ impl DarkFrameUse {
             Self::OtherCamera => "other_camera",
             Self::OtherFormat => "other_format",
             Self::HotPixels => "hot_pixels",
-            Self::Whole => "whole",
+            Self::Full => "full",
         }
     }
 }
@@ -86,14 +86,14 @@ impl CameraDarkFrame {
             () if !self.camera.is(camera) => DarkFrameUse::OtherCamera,
             () if !covered || self.frame.statistics().bit_depth != bits => DarkFrameUse::OtherFormat,
             () if (self.gain_db - settings.gain_db).abs() > SAME_GAIN_DB => DarkFrameUse::HotPixels,
-            () => DarkFrameUse::Whole,
+            () => DarkFrameUse::Full,
         }
     }
 
     /// Corrects a frame of this camera at these settings as far as it applies.
     pub(crate) fn correct(&self, image: &mut GreyImage, camera: &DeviceIdentity, settings: &CameraSettings) {
         let wanted = match self.use_for(camera, settings) {
-            DarkFrameUse::Whole => Correction::Full,
+            DarkFrameUse::Full => Correction::Full,
             DarkFrameUse::HotPixels => Correction::HotPixels,
             DarkFrameUse::NoDarkFrame | DarkFrameUse::OtherCamera | DarkFrameUse::OtherFormat => return,
         };

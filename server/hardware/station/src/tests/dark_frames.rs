@@ -99,13 +99,13 @@ fn a_dark_frame_is_used_only_where_it_applies() {
     assert_eq!(bench.station.status().dark_frame_use, DarkFrameUse::NoDarkFrame);
     let dark = bench.dark_frame();
     bench.station.set_dark_frame(Some(dark.clone()));
-    bench.wait_for("used", |status| status.dark_frame_use == DarkFrameUse::Whole);
+    bench.wait_for("used", |status| status.dark_frame_use == DarkFrameUse::Full);
     let status = bench.station.status();
     let settings = status.camera_settings;
     let used = |camera: &devices::DeviceIdentity, settings| dark.use_for(camera, &settings);
     let region = Roi { left_px: 10, top_px: 20, width_px: 100, height_px: 50 };
     let identity = &status.camera.identity;
-    assert_eq!(used(identity, devices::CameraSettings { roi: region, ..settings }), DarkFrameUse::Whole);
+    assert_eq!(used(identity, devices::CameraSettings { roi: region, ..settings }), DarkFrameUse::Full);
     assert_eq!(used(identity, devices::CameraSettings { gain_db: 3.0, ..settings }), DarkFrameUse::HotPixels);
     let wide = devices::CameraSettings { pixel_format: devices::PixelFormat::Mono16, ..settings };
     assert_eq!(used(identity, wide), DarkFrameUse::OtherFormat);

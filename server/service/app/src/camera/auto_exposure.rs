@@ -11,14 +11,14 @@ use crate::App;
 use crate::error::{AppError, ErrorKind};
 use station::{Manual, SharedFrame, StationRefusal};
 
-/// Target line brightness, share of full scale: leaves headroom for brighter areas of the part.
+/// Target line brightness, fraction of full scale: leaves headroom for brighter areas of the part.
 const BRIGHT: f64 = 0.6;
 
-/// Below this share of full scale a line is needlessly noisy.
+/// Below this fraction of full scale a line is needlessly noisy.
 const DIM_BELOW: f64 = 0.3;
 
 /// Quantile of the line brightness that is controlled: the brightest tenth, since dimmer points cannot saturate.
-const BRIGHT_SHARE: f64 = 0.1;
+const BRIGHT_FRACTION: f64 = 0.1;
 
 /// Saturated line points (or pixels, without lines) tolerated as a highlight; from here on lines count as saturated.
 const SATURATED_POINTS: f64 = 0.02;
@@ -41,7 +41,7 @@ const SAME_EXPOSURE: f64 = 0.02;
 enum Light {
     /// Lines are saturated.
     Over,
-    /// Lines are too dark; their brightness as a share of full scale.
+    /// Lines are too dark; their brightness as a fraction of full scale.
     Under(f64),
     Good,
 }
@@ -132,18 +132,18 @@ fn judge(image: &GreyImage, lines: &Centrelines) -> Light {
         n_saturated += usize::from(point.saturated);
     }
     if levels.is_empty() {
-        return if saturated_share(image) > SATURATED_PIXELS { Light::Over } else { Light::Under(0.0) };
+        return if saturated_fraction(image) > SATURATED_PIXELS { Light::Over } else { Light::Under(0.0) };
     }
     if n_saturated as f64 > SATURATED_POINTS * levels.len() as f64 {
         return Light::Over;
     }
-    let nth = ((1.0 - BRIGHT_SHARE) * levels.len() as f64) as usize;
+    let nth = ((1.0 - BRIGHT_FRACTION) * levels.len() as f64) as usize;
     let level = *levels.select_nth_unstable_by(nth, f32::total_cmp).1;
     let bright = f64::from(level / image.full_scale());
     if bright < DIM_BELOW { Light::Under(bright) } else { Light::Good }
 }
 
-fn saturated_share(image: &GreyImage) -> f64 {
+fn saturated_fraction(image: &GreyImage) -> f64 {
     let n_saturated = match image.pixels() {
         Pixels::Eight(pixels) => pixels.iter().filter(|level| **level == u8::MAX).count(),
         Pixels::Sixteen(pixels) => pixels.iter().filter(|level| f32::from(**level) >= image.full_scale()).count(),

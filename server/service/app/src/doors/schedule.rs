@@ -18,7 +18,7 @@ pub fn reach_again_in(n_failed: u32, retry_after: Option<Duration>) -> Duration 
     doubled.min(UNREACHABLE_LAST).max(retry_after.unwrap_or_default().min(LONGEST_RETRY_AFTER))
 }
 
-/// The delay, lengthened by a share of it that is random from event to event and the same in a repeated calculation.
+/// The delay, lengthened by a fraction of it that is random from event to event and the same in a repeated calculation.
 pub fn jittered(delay: Duration, seed: u64) -> Duration {
     // The top bits of a multiplicative hash (Knuth, The Art of Computer Programming 6.4) are uniform.
     let share = (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as f64 / f64::from(u32::MAX);

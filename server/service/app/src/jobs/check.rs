@@ -140,6 +140,6 @@ fn check_code(known: bool, place: &str, found: &str, allowed: &str) -> Result<()
 /// Images as files and once more in the archive.
 fn calibration_bytes(input: &CalibrateInput, parts: &JobParts) -> u64 {
     let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
-    let picture_bytes = (width_px * height_px) as u64;
-    4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
+    let image_bytes = (width_px * height_px) as u64;
+    4 * image_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
 }

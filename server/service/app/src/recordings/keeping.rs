@@ -26,7 +26,7 @@ pub fn path_of(artifacts: &dyn Artifacts, id: &str) -> PathBuf {
 }
 
 /// Removes the file.
-pub fn removed(path: &Path) {
+pub fn remove(path: &Path) {
     if let Err(cause) = std::fs::remove_file(path)
         && cause.kind() != std::io::ErrorKind::NotFound
     {
@@ -50,20 +50,20 @@ pub async fn keep(
 ) -> RecordingRecord {
     match written {
         Ok(Written { figures, is_complete: true }) => {
-            adopted(parts, record, path, figures, RecordingState::Complete).await
+            store_file(parts, record, path, figures, RecordingState::Complete).await
         }
         Ok(Written { figures, is_complete: false }) => {
-            adopted(parts, record, path, figures, RecordingState::Interrupted).await
+            store_file(parts, record, path, figures, RecordingState::Interrupted).await
         }
         Err(defect) => {
             tracing::error!(%defect, "an internal error ended a recording");
-            mended(parts, record, path).await
+            repair_and_store(parts, record, path).await
         }
     }
 }
 
 /// The recordings of a crashed process; unreferenced files are deleted.
-pub async fn left_unfinished(parts: &RecordingParts) -> Vec<RecordingRecord> {
+pub async fn interrupted(parts: &RecordingParts) -> Vec<RecordingRecord> {
     let left = match unfinished(parts).await {
         Ok(left) => left,
         Err(error) => {
@@ -74,15 +74,15 @@ pub async fn left_unfinished(parts: &RecordingParts) -> Vec<RecordingRecord> {
     let named: Vec<PathBuf> = left.iter().map(|record| path_of(&*parts.artifacts, &record.id)).collect();
     if let Ok(files) = std::fs::read_dir(parts.artifacts.workbench().kept(FOLDER)) {
         let nameless = files.flatten().map(|file| file.path()).filter(|path| !named.contains(path));
-        nameless.for_each(|path| removed(&path));
+        nameless.for_each(|path| remove(&path));
     }
     left
 }
 
 /// Stores the recording of a crashed process as an artifact.
-pub async fn mend(parts: &RecordingParts, record: RecordingRecord) {
+pub async fn store_interrupted(parts: &RecordingParts, record: RecordingRecord) {
     let path = path_of(&*parts.artifacts, &record.id);
-    mended(parts, record, &path).await;
+    repair_and_store(parts, record, &path).await;
 }
 
 async fn unfinished(parts: &RecordingParts) -> Result<Vec<RecordingRecord>, StoreError> {
@@ -102,7 +102,7 @@ async fn unfinished(parts: &RecordingParts) -> Result<Vec<RecordingRecord>, Stor
 }
 
 /// Adds index and end to a truncated file if there is space for a second one; it is readable in any case.
-async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) -> RecordingRecord {
+async fn repair_and_store(parts: &RecordingParts, record: RecordingRecord, path: &Path) -> RecordingRecord {
     let free_bytes = (parts.free_bytes)();
     let draft = parts.artifacts.workbench().scratch().join(format!("{}.mcap", record.id));
     let (from, to) = (path.to_owned(), draft.clone());
@@ -120,16 +120,16 @@ async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) ->
         Ok(RecordingFigures::of_file(&RecordingFile::open(&from)?))
     };
     match tokio::task::spawn_blocking(work).await {
-        Ok(Ok(figures)) => adopted(parts, record, path, figures, RecordingState::Interrupted).await,
+        Ok(Ok(figures)) => store_file(parts, record, path, figures, RecordingState::Interrupted).await,
         Ok(Err(error)) => {
-            removed(&draft);
-            lost(parts, record, with_causes(&error)).await
+            remove(&draft);
+            mark_lost(parts, record, with_causes(&error)).await
         }
-        Err(defect) => lost(parts, record, defect.to_string()).await,
+        Err(defect) => mark_lost(parts, record, defect.to_string()).await,
     }
 }
 
-async fn adopted(
+async fn store_file(
     parts: &RecordingParts,
     record: RecordingRecord,
     path: &Path,
@@ -150,23 +150,23 @@ async fn adopted(
     let second = parts.artifacts.workbench().scratch().join(format!("{}.finished.mcap", record.id));
     let named = std::fs::hard_link(path, &second).or_else(|_| std::fs::rename(path, &second));
     if let Err(cause) = named {
-        return lost(parts, record, cause.to_string()).await;
+        return mark_lost(parts, record, cause.to_string()).await;
     }
     match parts.artifacts.adopt(FinishedFile::at(&second)).await {
         Ok(file) => {
             let record =
                 RecordingRecord { state, file: Some(file), size_bytes, summary: stored(&figures), ..record };
             if commit_end(parts, &record, &figures).await {
-                removed(path);
+                remove(path);
             }
             record
         }
-        Err(error) => lost(parts, record, with_causes(&error)).await,
+        Err(error) => mark_lost(parts, record, with_causes(&error)).await,
     }
 }
 
 /// Nothing of it can be stored.
-async fn lost(parts: &RecordingParts, record: RecordingRecord, problem: String) -> RecordingRecord {
+async fn mark_lost(parts: &RecordingParts, record: RecordingRecord, problem: String) -> RecordingRecord {
     tracing::error!(recording = record.id, problem, "a recording cannot be stored");
     let figures = RecordingFigures {
         ended: Some(Ended::Crashed),

@@ -101,11 +101,11 @@ impl Recordings {
 
     /// Repairs recordings of a crashed process. Called before requests are served; slow work is done in the background.
     pub async fn recover(&self) {
-        let left = keeping::left_unfinished(&self.0.parts).await;
+        let left = keeping::interrupted(&self.0.parts).await;
         let this = self.clone();
         tokio::spawn(async move {
             for record in left {
-                keeping::mend(&this.0.parts, record).await;
+                keeping::store_interrupted(&this.0.parts, record).await;
             }
         });
     }
@@ -166,13 +166,13 @@ impl Recordings {
         };
         // From before the start, which is an event itself.
         let events = follow::events(parts.catalogue.clone(), notes.clone());
-        let mut changes = and(&record).inspect_err(|_| keeping::removed(&path))?;
+        let mut changes = and(&record).inspect_err(|_| keeping::remove(&path))?;
         changes.push(Change::InsertRecording(record.clone()));
         let scan_id = record.scan_id.clone();
         let body = RecordingStarted { name: record.name.clone(), scan_id, actor: actor.map(str::to_owned) };
         changes.push(event(&record.id, Event::RecordingStarted(body)));
         if let Err(error) = parts.catalogue.commit(changes).await {
-            keeping::removed(&path);
+            keeping::remove(&path);
             return Err(AppError::from(error).into());
         }
         let writing = Writing {
@@ -375,7 +375,7 @@ fn made_file(
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(disk_problem)?;
         Ok(writer)
     };
-    let writer = made().inspect_err(|_| keeping::removed(path))?;
+    let writer = made().inspect_err(|_| keeping::remove(path))?;
     Ok((writer, file))
 }
 

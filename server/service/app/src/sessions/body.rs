@@ -5,7 +5,7 @@ use optics::StagePosition;
 use store::SessionRecord;
 
 use crate::error::{AppError, ErrorKind};
-use crate::sessions::photographer::Exposures;
+use crate::sessions::image_capture::Exposures;
 use crate::sessions::stored::from_stored;
 
 /// A session with its version.
@@ -63,7 +63,7 @@ pub struct NominalProjector {
 
 /// A stored image.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct SessionImage {
     /// SHA-256 of the PNG file.
     pub artifact: String,
     /// Exposure time.
@@ -76,15 +76,15 @@ pub struct Picture {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardImage {
     /// The image.
-    pub picture: Picture,
+    pub image: SessionImage,
     /// Detected corners: column and row on the board, u and v in the image (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
     /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
     /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of saturated pixels.
-    pub saturated_share: f64,
+    /// Fraction of saturated pixels.
+    pub saturated_fraction: f64,
     /// Angle between the board and the image plane; available once the camera is estimated.
     pub tilt_deg: Option<f64>,
     /// Distance of the board centre; available from three images on.
@@ -99,15 +99,15 @@ pub struct BoardImage {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserImage {
     /// The image.
-    pub picture: Picture,
+    pub image: SessionImage,
     /// Number of line segments.
     pub n_segments: usize,
     /// Number of line points.
     pub n_points: usize,
     /// Every sixteenth point of each segment, u and v, for display.
     pub lines_px: Vec<Vec<[f64; 2]>>,
-    /// Share of saturated pixels.
-    pub saturated_share: f64,
+    /// Fraction of saturated pixels.
+    pub saturated_fraction: f64,
     /// What is wrong and what to do.
     pub problem: Option<String>,
 }

@@ -3,7 +3,7 @@
 use station::StampedFrame;
 
 use crate::error::{AppError, ErrorKind};
-use crate::sessions::body::{BoardImage, Picture, SessionBody, SessionPose};
+use crate::sessions::body::{BoardImage, SessionBody, SessionImage, SessionPose};
 use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
 
@@ -24,8 +24,8 @@ pub struct BoardDetection {
     pub coverage_cells: Vec<u32>,
     /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of saturated pixels.
-    pub saturated_share: f64,
+    /// Fraction of saturated pixels.
+    pub saturated_fraction: f64,
     /// Angle between the board and the image plane; available from three images on.
     pub tilt_deg: Option<f64>,
     /// Distance of the board centre; available from three images on.
@@ -44,7 +44,7 @@ pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<Bo
     let (width_px, height_px) = (frame.image.width(), frame.image.height());
     check_size(&body, (width_px, height_px))?;
     (body.width_px, body.height_px) = (width_px, height_px);
-    let unkept = Picture { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
+    let unkept = SessionImage { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
     let mut board = found::board_in(&frame.image, unkept, &body.target);
     if frame.laser_on {
         board.problem = Some("the laser is on; turn it off for images of the board".to_owned());
@@ -54,7 +54,7 @@ pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<Bo
         learn_camera(&mut body);
         board = body.poses.swap_remove(body.poses.len() - 1).board;
     }
-    let BoardImage { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
+    let BoardImage { corners, coverage_cells, corner_sigma_px, saturated_fraction, .. } = board;
     Ok(BoardDetection {
         sequence: frame.sequence,
         captured_ms: frame.captured_at_ns as f64 / 1e6,
@@ -63,7 +63,7 @@ pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<Bo
         corners,
         coverage_cells,
         corner_sigma_px,
-        saturated_share,
+        saturated_fraction,
         tilt_deg: board.tilt_deg,
         distance_mm: board.distance_mm,
         rms_px: board.rms_px,

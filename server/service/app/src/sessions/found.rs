@@ -6,7 +6,7 @@ use capture::Target;
 use pipeline::find_board;
 use vision::{BoardCorners, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
-use crate::sessions::body::{BoardImage, LaserImage, Picture};
+use crate::sessions::body::{BoardImage, LaserImage, SessionImage};
 
 /// Columns and rows of the coverage map: coarse enough to be covered by a dozen boards.
 pub const COVERAGE: (usize, usize) = (8, 6);
@@ -14,21 +14,21 @@ pub const COVERAGE: (usize, usize) = (8, 6);
 /// Corner σ above which the image counts as blurred or underexposed: ten times the usual.
 const BLURRED_SIGMA_PX: f64 = 0.1;
 
-/// Share of saturated pixels from which a board image counts as overexposed: glare on a few squares.
-const GLARE_SHARE: f64 = 0.02;
+/// Fraction of saturated pixels from which a board image counts as overexposed: glare on a few squares.
+const GLARE_FRACTION: f64 = 0.02;
 
 /// Subsampling of line points for display.
 const DRAWN_EVERY: usize = 16;
 
 /// Detects the board.
-pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardImage {
-    let saturated_share = saturated_share(image);
+pub fn board_in(image: &GreyImage, stored: SessionImage, target: &Target) -> BoardImage {
+    let saturated_fraction = saturated_fraction(image);
     let mut found = BoardImage {
-        picture,
+        image: stored,
         corners: Vec::new(),
         coverage_cells: Vec::new(),
         corner_sigma_px: None,
-        saturated_share,
+        saturated_fraction,
         tilt_deg: None,
         distance_mm: None,
         rms_px: None,
@@ -43,7 +43,7 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardIm
         Ok(board) => {
             found.coverage_cells = covered(&board, image.width(), image.height());
             found.corner_sigma_px = Some(median_sigma_px(&board));
-            found.problem = weakness(found.corner_sigma_px, saturated_share);
+            found.problem = weakness(found.corner_sigma_px, saturated_fraction);
             let corner = |corner: &vision::Corner| {
                 [corner.column as f64, corner.row as f64, corner.u_px, corner.v_px, corner.sigma_px]
             };
@@ -54,7 +54,7 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardIm
 }
 
 /// Detects laser lines.
-pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserImage {
+pub fn lines_in(image: &GreyImage, stored: SessionImage, line_direction: &str) -> LaserImage {
     let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
     let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
     let drawn = lines
@@ -63,20 +63,20 @@ pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> La
         .map(|segment| segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect());
     let nothing = "no laser line was detected; check that the laser is on and the exposure is long enough";
     LaserImage {
-        picture,
+        image: stored,
         n_segments: lines.segments.len(),
         n_points: lines.segments.iter().map(|segment| segment.points.len()).sum(),
         lines_px: drawn.collect(),
-        saturated_share: saturated_share(image),
+        saturated_fraction: saturated_fraction(image),
         problem: lines.segments.is_empty().then(|| nothing.to_owned()),
     }
 }
 
-fn weakness(sigma_px: Option<f64>, saturated_share: f64) -> Option<String> {
+fn weakness(sigma_px: Option<f64>, saturated_fraction: f64) -> Option<String> {
     if sigma_px.is_some_and(|sigma_px| sigma_px > BLURRED_SIGMA_PX) {
         return Some("the board is blurred or dark; hold it still, focus, or increase the exposure".to_owned());
     }
-    (saturated_share > GLARE_SHARE)
+    (saturated_fraction > GLARE_FRACTION)
         .then(|| "the board is overexposed; reduce the exposure or tilt it to avoid glare".to_owned())
 }
 
@@ -100,7 +100,7 @@ fn median_sigma_px(board: &BoardCorners) -> f64 {
     sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-fn saturated_share(image: &GreyImage) -> f64 {
+fn saturated_fraction(image: &GreyImage) -> f64 {
     let n_saturated = match image.pixels() {
         Pixels::Eight(pixels) => pixels.iter().filter(|level| **level == u8::MAX).count(),
         Pixels::Sixteen(pixels) => pixels.iter().filter(|level| **level == u16::MAX).count(),

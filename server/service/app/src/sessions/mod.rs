@@ -7,8 +7,8 @@ mod body;
 mod camera_so_far;
 mod detection;
 mod found;
+pub mod image_capture;
 mod needs;
-pub mod photographer;
 mod stored;
 pub mod virtual_operator;
 
@@ -30,12 +30,12 @@ use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::scan_run::stage_kind;
 use crate::resources::stored_scan::new_id;
-use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::image_capture::{Exposures, ImageCapture};
 use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 
 pub use body::{
-    BoardImage, CameraSoFar, LaserImage, NominalProjector, Picture, Session, SessionBody, SessionPose,
+    BoardImage, CameraSoFar, LaserImage, NominalProjector, Session, SessionBody, SessionImage, SessionPose,
     SessionStageView,
 };
 pub use detection::BoardDetection;
@@ -190,13 +190,13 @@ impl Sessions {
     pub async fn add_pose(&self, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
         self.change(by, id, expected, |sessions, body| {
             check_room(body)?;
-            let camera = sessions.photographer(id, body, "capturing a calibration pose")?;
+            let camera = sessions.image_capture(id, body, "capturing a calibration pose")?;
             let board = camera.board()?;
             let laser = camera.laser()?;
             drop(camera);
             let board = sessions.keep_board(&board, body)?;
-            let picture = sessions.keep(&laser)?;
-            let laser = found::lines_in(&laser.image, picture, &body.projector.line_direction);
+            let stored = sessions.keep(&laser)?;
+            let laser = found::lines_in(&laser.image, stored, &body.projector.line_direction);
             body.poses.push(SessionPose { id: new_id(), board, laser: Some(laser) });
             camera_so_far::learn_camera(body);
             Ok(())
@@ -232,7 +232,7 @@ impl Sessions {
         self.change(by, id, expected, move |sessions, body| {
             check_room(body)?;
             check_kind(position, &sessions.station.status())?;
-            let camera = sessions.photographer(id, body, "capturing a stage view")?;
+            let camera = sessions.image_capture(id, body, "capturing a stage view")?;
             let position = camera.go_to(position)?;
             let frame = camera.board()?;
             drop(camera);
@@ -351,11 +351,11 @@ impl Sessions {
         }
     }
 
-    fn photographer(&self, id: &str, body: &SessionBody, activity: &str) -> Result<Photographer, AppError> {
+    fn image_capture(&self, id: &str, body: &SessionBody, activity: &str) -> Result<ImageCapture, AppError> {
         let epoch = self.station.stop_epoch();
         let purpose = Purpose { job_id: id.to_owned(), activity: activity.to_owned(), epoch };
         let lease: StationLease = self.station.lease(purpose)?;
-        Ok(Photographer::new(lease, CancelFlag::default(), body.exposures))
+        Ok(ImageCapture::new(lease, CancelFlag::default(), body.exposures))
     }
 
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardImage, AppError> {
@@ -365,12 +365,12 @@ impl Sessions {
         Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
     }
 
-    fn keep(&self, frame: &StampedFrame) -> Result<Picture, AppError> {
+    fn keep(&self, frame: &StampedFrame) -> Result<SessionImage, AppError> {
         let path = self.artifacts.workbench().scratch().join(format!("{}.png", new_id()));
         capture::write_png(&path, &frame.image).map_err(disk_problem)?;
         let artifact =
             tokio::runtime::Handle::current().block_on(self.artifacts.adopt(FinishedFile::at(&path)))?;
-        Ok(Picture {
+        Ok(SessionImage {
             artifact: artifact.as_str().to_owned(),
             exposure_us: frame.exposure_us,
             taken_at_ms: now_ms(),

@@ -15,7 +15,7 @@ const TILTED_BOARDS: f64 = 3.0;
 /// Tilt from which a board counts as tilted, degrees.
 const TILTED_DEG: f64 = 15.0;
 
-/// Required spread of the board distances as a share of their mean: depth is calibrated only where boards were.
+/// Required spread of the board distances as a fraction of their mean: depth is calibrated only where boards were.
 const DISTANCE_SPREAD: f64 = 0.1;
 
 /// Required boards with laser lines: two determine a light sheet, the third is a check.
@@ -104,13 +104,13 @@ mod tests {
 
     /// Eight boards that meet all requirements, as changed by the test.
     fn needs(change: impl Fn(usize, &mut BoardImage), uncovered: usize) -> SessionNeeds {
-        let picture = json!({ "artifact": "", "exposure_us": 1.0, "taken_at_ms": 0 });
+        let image = json!({ "artifact": "", "exposure_us": 1.0, "taken_at_ms": 0 });
         let pose = |idx: usize| {
-            let board = json!({ "picture": picture, "corners": [[0, 0, 10, 10, 0.01]], "coverage_cells": [],
-                "corner_sigma_px": null, "saturated_share": 0, "tilt_deg": 10 + 2 * idx,
+            let board = json!({ "image": image, "corners": [[0, 0, 10, 10, 0.01]], "coverage_cells": [],
+                "corner_sigma_px": null, "saturated_fraction": 0, "tilt_deg": 10 + 2 * idx,
                 "distance_mm": 360 + 10 * idx, "rms_px": null, "problem": null });
-            let laser = json!({ "picture": picture, "n_segments": 5, "n_points": 9, "lines_px": [],
-                "saturated_share": 0, "problem": null });
+            let laser = json!({ "image": image, "n_segments": 5, "n_points": 9, "lines_px": [],
+                "saturated_fraction": 0, "problem": null });
             json!({ "id": idx.to_string(), "board": board, "laser": laser })
         };
         let poses: Vec<_> = (0..8).map(pose).collect();

@@ -9,9 +9,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::sessions::body::{
-    BoardImage, CameraSoFar, LaserImage, NominalProjector, Picture, SessionBody, SessionPose, SessionStageView,
+    BoardImage, CameraSoFar, LaserImage, NominalProjector, SessionBody, SessionImage, SessionPose,
+    SessionStageView,
 };
-use crate::sessions::photographer::Exposures;
+use crate::sessions::image_capture::Exposures;
 
 /// From the form that is stored.
 ///
@@ -33,7 +34,7 @@ struct StoredSessionBody {
     name: String,
     #[serde(deserialize_with = "read_target")]
     target: Target,
-    #[serde(with = "StoredProjectorSheet")]
+    #[serde(with = "StoredProjector")]
     projector: NominalProjector,
     #[serde(with = "StoredExposures")]
     exposures: Exposures,
@@ -50,7 +51,7 @@ struct StoredSessionBody {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "NominalProjector")]
-struct StoredProjectorSheet {
+struct StoredProjector {
     wavelength_nm: f64,
     grating_lines_per_mm: f64,
     orders: Vec<i8>,
@@ -66,8 +67,8 @@ struct StoredExposures {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "Picture")]
-struct StoredPicture {
+#[serde(remote = "SessionImage")]
+struct StoredSessionImage {
     artifact: String,
     exposure_us: f64,
     taken_at_ms: i64,
@@ -76,12 +77,13 @@ struct StoredPicture {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "BoardImage")]
 struct StoredBoardImage {
-    #[serde(with = "StoredPicture")]
-    picture: Picture,
+    #[serde(alias = "picture", with = "StoredSessionImage")]
+    image: SessionImage,
     corners: Vec<[f64; 5]>,
     coverage_cells: Vec<u32>,
     corner_sigma_px: Option<f64>,
-    saturated_share: f64,
+    #[serde(alias = "saturated_share")]
+    saturated_fraction: f64,
     tilt_deg: Option<f64>,
     distance_mm: Option<f64>,
     rms_px: Option<f64>,
@@ -91,12 +93,13 @@ struct StoredBoardImage {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "LaserImage")]
 struct StoredLaserImage {
-    #[serde(with = "StoredPicture")]
-    picture: Picture,
+    #[serde(alias = "picture", with = "StoredSessionImage")]
+    image: SessionImage,
     n_segments: usize,
     n_points: usize,
     lines_px: Vec<Vec<[f64; 2]>>,
-    saturated_share: f64,
+    #[serde(alias = "saturated_share")]
+    saturated_fraction: f64,
     problem: Option<String>,
 }
 
@@ -199,12 +202,12 @@ mod tests {
 
     #[test]
     fn the_stored_form_of_version_0_1_is_read_and_written_with_the_kind_of_its_board() {
-        let picture = json!({ "artifact": "ab", "exposure_us": 800.5, "taken_at_ms": 1_700_000_000_000_i64 });
-        let board = json!({ "picture": picture, "corners": [[0.0, 1.0, 10.5, 20.25, 0.01]], "coverage_cells": [7],
-            "corner_sigma_px": 0.02, "saturated_share": 0.1, "tilt_deg": 12.5, "distance_mm": 400.0, "rms_px": 0.03,
+        let image = json!({ "artifact": "ab", "exposure_us": 800.5, "taken_at_ms": 1_700_000_000_000_i64 });
+        let board = json!({ "image": image, "corners": [[0.0, 1.0, 10.5, 20.25, 0.01]], "coverage_cells": [7],
+            "corner_sigma_px": 0.02, "saturated_fraction": 0.1, "tilt_deg": 12.5, "distance_mm": 400.0, "rms_px": 0.03,
             "problem": null });
-        let laser = json!({ "picture": picture, "n_segments": 5, "n_points": 9, "lines_px": [[[1.0, 2.0]]],
-            "saturated_share": 0.0, "problem": "too dark" });
+        let laser = json!({ "image": image, "n_segments": 5, "n_points": 9, "lines_px": [[[1.0, 2.0]]],
+            "saturated_fraction": 0.0, "problem": "too dark" });
         let stored = json!({
             "name": "monday", "target": { "inner_columns": 11, "inner_rows": 8, "square_mm": 10.0 },
             "projector": { "wavelength_nm": 650.0, "grating_lines_per_mm": 300.0, "orders": [-1, 0, 1],
@@ -218,6 +221,15 @@ mod tests {
         let body = from_stored(stored.clone()).unwrap();
         assert_eq!((body.poses[0].board.corners[0][3], body.stage_views[0].position.mm()), (20.25, Some(-5.0)));
         assert_eq!(body.poses[0].laser.as_ref().unwrap().problem.as_deref(), Some("too dark"));
+        let older = stored
+            .to_string()
+            .replace("\"image\"", "\"picture\"")
+            .replace("saturated_fraction", "saturated_share");
+        assert_eq!(
+            from_stored(serde_json::from_str(&older).unwrap()).unwrap(),
+            body,
+            "the names of earlier builds"
+        );
         let mut turned = stored.clone();
         turned["stage_views"][0] = json!({ "id": "v", "angle_deg": 15.0, "board": board });
         assert_eq!(from_stored(turned).unwrap().stage_views[0].position.deg(), Some(15.0));

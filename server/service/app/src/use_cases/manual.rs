@@ -83,7 +83,7 @@ fn motion_event(command: &Manual) -> fn(StageMotion) -> Event {
     }
 }
 
-/// Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive.
+/// Sets the laser power as a fraction of full power; 0 turns it off. The laser is on only while frames arrive.
 ///
 /// # Errors
 /// The caller may not use the station, or the laser refuses.

@@ -56,7 +56,7 @@ pub fn check_count(count: usize, allowed: std::ops::RangeInclusive<usize>, place
         .remedy(format!("give {least} to {most}")))
 }
 
-/// Checks a share of full laser power, 0 to 1; `place` is the JSON pointer.
+/// Checks a fraction of full laser power, 0 to 1; `place` is the JSON pointer.
 pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
     if (0.0..=1.0).contains(&power) {
         return Ok(());

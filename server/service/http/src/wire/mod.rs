@@ -20,7 +20,7 @@ use store::DamagedRow;
 use crate::typed_json::typed;
 
 /// Parses the JSON of a stored record. JSON that this version cannot read counts as a damaged record; it is not guessed.
-fn figures<T: DeserializeOwned>(kind: &'static str, id: &str, stored: Value) -> Result<T, DamagedRow> {
+fn parse_stored<T: DeserializeOwned>(kind: &'static str, id: &str, stored: Value) -> Result<T, DamagedRow> {
     typed(stored).map_err(|cause| {
         tracing::warn!(kind, id, %cause, "the stored JSON of a record cannot be read");
         DamagedRow { kind, id: id.to_owned() }
@@ -39,9 +39,9 @@ mod tests {
     use crate::wire::scan::captures::CaptureSummaryDto;
     use crate::wire::scan::scan_reports::ScanReportDto;
 
-    /// Records stored by version 0.1 are returned in full.
-    fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {
-        let parsed: T = figures("record", "7", stored.clone()).unwrap();
+    /// Asserts that the JSON of a stored record is returned in full.
+    fn assert_round_trip<T: DeserializeOwned + Serialize>(stored: Value) {
+        let parsed: T = parse_stored("record", "7", stored.clone()).unwrap();
         assert_eq!(serde_json::to_value(parsed).unwrap(), stored);
     }
 
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn a_measurement_is_returned_in_full() {
-        told_whole::<MeasurementRequestDto>(json!({
+        assert_round_trip::<MeasurementRequestDto>(json!({
             "tool": "sphere", "name": null, "nominal_mm": 18.9, "tolerance_mm": null, "seed": 1,
             "region_mm": { "min": [0.0, 1.0, 2.0], "max": [3.0, 4.0, 5.0] },
         }));
@@ -69,7 +69,7 @@ mod tests {
                     "rms_mm": 0.02, "region": region })
             })
             .collect();
-        told_whole::<MeasurementResultDto>(json!({
+        assert_round_trip::<MeasurementResultDto>(json!({
             "tool": "sphere", "name": "ball", "unit": "mm", "value": 18.9, "nominal": 18.9, "error": 0.0,
             "u_noise": 0.001, "u_systematic": 0.002, "expanded_uncertainty": 0.004, "coverage_factor": 2.0,
             "uncertainty_complete": true, "uncertainty_missing": ["wavelength"],
@@ -88,38 +88,38 @@ mod tests {
             "verdict": "invalid", "errors": null, "per_order": [], "features": [],
             "notes": ["not measurable: no plane"], "calibration_id": "c", "scan_state": "invalid",
         });
-        let parsed: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
+        let parsed: MeasurementResultDto = parse_stored("measurement", "7", stored).unwrap();
         assert_eq!((parsed.value, parsed.uncertainty_complete, parsed.notes.len()), (None, None, 1));
     }
 
     #[test]
     fn a_scan_is_returned_in_full_and_a_stopped_one_with_what_it_has() {
         let delays = json!({ "p50": 1.0, "p99": 2.0, "max": 3.0 });
-        told_whole::<ScanReportDto>(json!({
+        assert_round_trip::<ScanReportDto>(json!({
             "scan": "gauge", "n_frames": 9, "n_points": 90, "n_segments": 5, "median_sigma_mm": 0.01,
             "left_out": [{ "reason": "no hit", "n_points": 2, "n_pieces": 1 }],
             "self_consistency": [{ "order_a": -1, "order_b": 0, "n_pairs": 4, "bias_mm": 0.1, "rms_mm": 0.2 }],
             "envelope": { "stated_mm": [350.0, 450.0], "unambiguous_mm": [360.0, 440.0] }, "losses": ["one"],
             "timing": { "n_frames": 9, "frames_read": 27, "evaluation_s": 1.5, "acquisition_s": 2.0,
-                "rows_taken": 9, "waiting_s": 0.5, "frames_per_s": 30.0, "arrival_to_profile_ms": delays,
+                "n_rows": 9, "waiting_s": 0.5, "frames_per_s": 30.0, "arrival_to_profile_ms": delays,
                 "arrival_to_file_ms": delays, "measuring_s": 0.3, "n_measured": 1 },
         }));
         let stopped = json!({ "scan": "part", "n_frames": 3, "losses": [], "stopped": "stopped by a person" });
-        let parsed: ScanReportDto = figures("scan", "7", stopped).unwrap();
+        let parsed: ScanReportDto = parse_stored("scan", "7", stopped).unwrap();
         assert_eq!((parsed.n_frames, parsed.n_points, parsed.stopped.is_some()), (3, None, true));
     }
 
     #[test]
     fn a_capture_and_a_calibration_are_returned_in_full() {
-        told_whole::<CaptureSummaryDto>(json!({
+        assert_round_trip::<CaptureSummaryDto>(json!({
             "width_px": 1280, "height_px": 1024, "n_poses": 12, "n_laser_poses": 11, "n_stage_views": 5,
             "scans": [{ "name": "gauge", "n_frames": 40, "from_mm": -1.0, "to_mm": 1.0 }],
             "unpacked_bytes": 5_000_000_000_u64, "warnings": ["a warning"],
         }));
-        told_whole::<CalibrationSummaryDto>(json!({
+        assert_round_trip::<CalibrationSummaryDto>(json!({
             "corner_rms_px": 0.03, "corner_sigma_px": 0.02, "k3_reason": "not needed",
             "camera": { "fx": { "value": 2000.0, "sigma": 0.5 } },
-            "pictures": [{ "picture": "a.png", "rms_px": 0.03, "n_corners": 88 }], "model": "grating",
+            "images": [{ "image": "a.png", "rms_px": 0.03, "n_corners": 88 }], "model": "grating",
             "light_rms_px": 0.05, "systematic_sigma_mm": 0.004,
             "models": { "scores": [{ "model": "planes", "held_out_rms_px": 0.5, "held_out_rms_mm": 0.4,
                 "held_out_bias_mm": null, "fit_rms_px": 0.3, "failure": "no" }], "recommended": "grating",
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn figures_of_another_version_name_their_record() {
-        let row = figures::<CaptureSummaryDto>("capture", "7", json!({ "width_px": "many" })).unwrap_err();
+        let row = parse_stored::<CaptureSummaryDto>("capture", "7", json!({ "width_px": "many" })).unwrap_err();
         assert_eq!((row.kind, row.id.as_str()), ("capture", "7"));
     }
 }

@@ -180,8 +180,8 @@ pub struct Type1StudyDto {
     pub bias: f64,
     /// Standard deviation.
     pub std_dev: f64,
-    /// Share of the tolerance that the scatter may fill.
-    pub tolerance_share: f64,
+    /// Fraction of the tolerance that the scatter may fill.
+    pub tolerance_fraction: f64,
     /// Standard deviations that count as scatter.
     pub n_sigmas: f64,
     /// Capability index of the scatter; absent without scatter.
@@ -199,9 +199,9 @@ pub struct Type1StudyDto {
 pub struct VariationDto {
     /// Standard deviation.
     pub std_dev: f64,
-    /// Share of the total variation, per cent.
+    /// Fraction of the total variation, per cent.
     pub percent_of_total: f64,
-    /// Six standard deviations as a share of the tolerance, per cent; absent without two limits.
+    /// Six standard deviations as a fraction of the tolerance, per cent; absent without two limits.
     pub percent_of_tolerance: Option<f64>,
 }
 
@@ -324,7 +324,7 @@ impl Type1StudyDto {
             mean: study.mean,
             bias: study.bias,
             std_dev: study.std_dev,
-            tolerance_share: study.factors.tolerance_share,
+            tolerance_fraction: study.factors.tolerance_fraction,
             n_sigmas: study.factors.n_sigmas,
             cg: study.cg,
             cgk: study.cgk,

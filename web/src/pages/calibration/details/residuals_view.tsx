@@ -17,7 +17,7 @@ export type Residuals = Schemas["ResidualsDto"];
 const SCALE_OF_RMS = 3;
 
 /** Length of a typical arrow as a share of the image's width. */
-const ARROW_SHARE = 0.02;
+const ARROW_FRACTION = 0.02;
 
 export function ResidualsView({ id, document }: { id: string; document: CalibrationDocument }) {
   const { api } = useApp();
@@ -116,7 +116,7 @@ function CornerMap({ residuals }: { residuals: Residuals }) {
   const { corners, width_px } = residuals;
   const squares = corners.reduce((sum, [, , du = 0, dv = 0]) => sum + du ** 2 + dv ** 2, 0);
   const rms_px = Math.sqrt(squares / Math.max(1, corners.length));
-  const factor = Math.max(1, niceCeiling((ARROW_SHARE * width_px) / Math.max(rms_px, 1e-6)) / 2);
+  const factor = Math.max(1, niceCeiling((ARROW_FRACTION * width_px) / Math.max(rms_px, 1e-6)) / 2);
   return (
     <>
       <h4>{words.residuals_corners}</h4>

@@ -37,7 +37,7 @@ export function DetectionFacts({ board, session, capturing }: Properties) {
         <dt>{words.sharpness}</dt>
         <dd>{px(detection.corner_sigma_px)}</dd>
         <dt>{words.overexposed}</dt>
-        <dd>{share(detection.saturated_share, 1)}</dd>
+        <dd>{share(detection.saturated_fraction, 1)}</dd>
       </dl>
     </div>
   );

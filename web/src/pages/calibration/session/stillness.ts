@@ -12,7 +12,7 @@ export const STILL_FOR_MS = 1000;
  * A pose is known if the mean distance of its corners from those of an earlier image is below this share of the
  * width.
  */
-const NEW_POSE_SHARE = 0.03;
+const NEW_POSE_FRACTION = 0.03;
 
 /** Mean distance of the common corners, px; infinite if there are none. */
 export function meanDistance(a: readonly Corner[], b: readonly Corner[]): number {
@@ -34,7 +34,7 @@ export function isKnownPose(detection: Detection, session: Session): boolean {
 
 /** Whether the board is at the pose of these corners. */
 export function isAtPose(detection: Detection, corners: readonly Corner[]): boolean {
-  return meanDistance(detection.corners, corners) < NEW_POSE_SHARE * detection.width_px;
+  return meanDistance(detection.corners, corners) < NEW_POSE_FRACTION * detection.width_px;
 }
 
 /** Determines from successive detections how long the board has been still. */

@@ -24,13 +24,13 @@ pub const CALIBRATION: &str = "calibration";
 pub use crate::sessions::virtual_operator::N_POSES;
 pub use session::{SolveSession, solve_input};
 
-/// Share of the job for capturing the images at the simulated station.
+/// Fraction of the job for capturing the images at the simulated station.
 const TAKING: f64 = 0.5;
 
-/// Share of the job for reading the images of a session.
+/// Fraction of the job for reading the images of a session.
 const GATHERING: f64 = 0.05;
 
-/// Share of the job after which the images are stored as a capture.
+/// Fraction of the job after which the images are stored as a capture.
 const STORING: f64 = 0.05;
 
 /// Captures the images at the simulated station and calibrates from them.

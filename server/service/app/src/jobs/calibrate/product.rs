@@ -19,7 +19,7 @@ use pipeline::{Calibrated, calibrate_features, read_features};
 use report::calibration_page;
 use report::tables::calibration_json;
 
-/// Share of the work for reading the images.
+/// Fraction of the work for reading the images.
 const READING: f64 = 0.6;
 
 /// Share after which only writing remains.
@@ -98,7 +98,7 @@ fn summary(result: &CalibrationResult, features: &Features, id: &str) -> Value {
         "corner_sigma_px": report.camera.corner_sigma_px,
         "k3_reason": report.camera.k3_reason,
         "camera": full["camera"]["parameters"],
-        "pictures": full["camera"]["pictures"],
+        "images": full["camera"]["images"],
         "model": report.light.as_ref().map(|light| light.model.name()),
         "light_rms_px": report.light.as_ref().map(|light| light.rms_px),
         "systematic_sigma_mm": report.light.as_ref().map(|light| light.systematic_sigma_mm),

@@ -13,31 +13,31 @@ use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::resources::captures::{capture_stage, nominal_position};
-use crate::sessions::{Picture, Session, SessionBody, Sessions};
+use crate::sessions::{Session, SessionBody, SessionImage, Sessions};
 
 /// Writes the usable images of the session as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
     ctx.report(0.0, Phase::CollectingImages, "collecting the images of the session");
     let session = Session::try_from(ctx.wait(ctx.catalogue.read().session(session_id))?)?;
     make_folders(folder)?;
-    let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {
+    let put = |kind: &str, idx: usize, image: &SessionImage| -> Result<PathBuf, JobEnd> {
         ctx.check_cancelled()?;
         let path = PathBuf::from(format!("{kind}/{idx:03}.png"));
-        let bytes = ctx.wait(ctx.artifacts.read(&artifact(picture)?))?;
+        let bytes = ctx.wait(ctx.artifacts.read(&artifact(image)?))?;
         std::fs::write(folder.join(&path), bytes).map_err(disk_problem)?;
         Ok(path)
     };
     let mut poses = Vec::new();
     for pose in session.body.poses.iter().filter(|pose| pose.board.is_readable()) {
         let idx = poses.len();
-        let board = put("board", idx, &pose.board.picture)?;
+        let board = put("board", idx, &pose.board.image)?;
         let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
-        let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
+        let laser = laser.map(|laser| put("laser", idx, &laser.image)).transpose()?;
         poses.push(Pose { board, laser, lasers: Vec::new(), background: None });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
-        let board = put("stage", stage_views.len(), &view.board.picture)?;
+        let board = put("stage", stage_views.len(), &view.board.image)?;
         stage_views.push(StageView::new(board, nominal_position(view.position)));
     }
     let body = &session.body;
@@ -60,8 +60,8 @@ fn stage_of(body: &SessionBody) -> capture::StageKind {
     capture_stage(body.stage_views.first().map_or(optics::StageKind::Linear, |view| view.position.kind()))
 }
 
-fn artifact(picture: &Picture) -> Result<ArtifactId, StoreError> {
-    ArtifactId::parse(&picture.artifact).ok_or_else(|| StoreError::Damaged { id: picture.artifact.clone() })
+fn artifact(image: &SessionImage) -> Result<ArtifactId, StoreError> {
+    ArtifactId::parse(&image.artifact).ok_or_else(|| StoreError::Damaged { id: image.artifact.clone() })
 }
 
 /// Options of the calibration job.

@@ -16,7 +16,7 @@ use crate::jobs::progress::{Phase, Step};
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::resources::captures::{capture_stage, nominal_position, without_folder};
 use crate::resources::scan_run::stage_kind;
-use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::image_capture::{Exposures, ImageCapture};
 use crate::sessions::virtual_operator::VirtualOperator;
 
 /// Folders of the images of a calibration.
@@ -32,7 +32,7 @@ pub(super) fn take_pictures(
     let twin = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
     let operator = VirtualOperator::new(twin, ctx.config.target.clone());
     let lease = ctx.take_station("calibrating")?;
-    let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
+    let camera = ImageCapture::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
     let positions = operator.stage_positions();
     let mut album = Album::new(folder, 2 * n_poses + positions.len(), ctx, share)?;
@@ -95,7 +95,7 @@ impl<'a> Album<'a> {
         Ok(Self { ctx, folder, share, n_images, n_taken: 0, size_px: None, poses, stage_views })
     }
 
-    fn report_activity(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
+    fn report_activity(&self, camera: &ImageCapture, step: impl Into<Step>, words: &str) {
         camera.report_activity(words);
         self.ctx.report(self.share * self.n_taken as f64 / self.n_images as f64, step, words);
     }

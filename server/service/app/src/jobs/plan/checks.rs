@@ -8,7 +8,7 @@ use super::Rows;
 use super::motion::run_up;
 use super::params::{
     CLOSING_TURN_DEG, DEFAULT_LASER_POWER, DEFAULT_STEP_DEG, DEFAULT_STEP_MM, EXPOSURES, LEAST_EXPOSURE_RATIO,
-    POINTS_LIMIT, RESOLUTION_SHARE, SMEAR_SHARE, STEP_MIN,
+    POINTS_LIMIT, RESOLUTION_RATIO, SMEAR_FRACTION, STEP_MIN,
 };
 use super::prediction::Prediction;
 use super::requested::{RequestedRange, fields_of};
@@ -97,7 +97,7 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError>
     let amount = |way| range.amount(way);
     if rows.mode == ScanMode::Continuous {
         sweep(&mut rows, &requested, status)?;
-    } else if range.step < resolution * RESOLUTION_SHARE {
+    } else if range.step < resolution * RESOLUTION_RATIO {
         let (step, resolution) = (amount(range.step), amount(resolution));
         let detail = format!("a row spacing of {step} is finer than the stage resolution of {resolution}");
         return Err(refused(names.step, detail, format!("give {resolution} or more")));
@@ -154,7 +154,7 @@ fn sweep(rows: &mut Rows, requested: &RequestedRange, status: &StationStatus) ->
     let (range, names) = (&mut rows.range, fields_of(requested.stage));
     if stage.follows_frames {
         let recorded = stage.resolution_mm;
-        if requested.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
+        if requested.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_RATIO) {
             let recorded = range.amount(recorded);
             let detail = format!("the frames are {recorded} apart, which a continuous scan cannot change");
             return Err(refused(names.step, detail, "omit it, or scan stop-and-go"));
@@ -314,7 +314,7 @@ pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, App
     if (min..=max).contains(&power) {
         return Ok(power);
     }
-    let remedy = format!("give a share of full power from {min} to {max}");
+    let remedy = format!("give a fraction of full power from {min} to {max}");
     Err(refused("laser_power", format!("the laser cannot be set to power {power}"), remedy))
 }
 
@@ -374,7 +374,7 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
     }
     if let Some(speed) = rows.range.speed {
         let (smear, unit) = (speed * exposure_us * 1e-6, rows.range.stage.unit());
-        if smear > SMEAR_SHARE * rows.range.step {
+        if smear > SMEAR_FRACTION * rows.range.step {
             notes.push(format!(
                 "the part moves {smear:.3} {unit} during an exposure; use a shorter exposure or a lower speed"
             ));

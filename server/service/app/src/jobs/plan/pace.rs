@@ -61,8 +61,7 @@ impl Pace {
             median(&mut values.filter(|value| value.is_finite()).collect::<Vec<f64>>())
         };
         Self {
-            row_overhead_s: recorded("waiting_s", "rows_taken", true)
-                .map_or(unknown.row_overhead_s, |s| s.max(0.0)),
+            row_overhead_s: recorded("waiting_s", "n_rows", true).map_or(unknown.row_overhead_s, |s| s.max(0.0)),
             evaluation_s_per_frame: recorded("evaluation_s", "n_frames", false)
                 .unwrap_or(unknown.evaluation_s_per_frame),
             measuring_s: recorded("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
@@ -104,10 +103,10 @@ mod tests {
 
     #[test]
     fn the_median_of_recent_scans_of_the_same_mode_is_used() {
-        let slow = json!({ "waiting_s": 60.0, "rows_taken": 200, "evaluation_s": 20.0, "n_frames": 200,
+        let slow = json!({ "waiting_s": 60.0, "n_rows": 200, "evaluation_s": 20.0, "n_frames": 200,
             "measuring_s": 6.0, "n_measured": 2, "frames_read": 600 });
-        let odd = json!({ "waiting_s": 900.0, "rows_taken": 100 });
-        let sweep = json!({ "waiting_s": 1.0, "rows_taken": 100, "evaluation_s": 10.0, "n_frames": 100 });
+        let odd = json!({ "waiting_s": 900.0, "n_rows": 100 });
+        let sweep = json!({ "waiting_s": 1.0, "n_rows": 100, "evaluation_s": 10.0, "n_frames": 100 });
         let scans = [
             scan("stop_and_go", slow.clone()),
             scan("stop_and_go", odd),

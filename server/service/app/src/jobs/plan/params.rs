@@ -8,7 +8,7 @@ pub const DEFAULT_STEP_MM: f64 = 0.2;
 /// Default angle between rows on a turntable, degrees: 0.3 mm on a part of 40 mm radius.
 pub const DEFAULT_STEP_DEG: f64 = 0.5;
 
-/// Default laser power, share of full power.
+/// Default laser power, fraction of full power.
 pub const DEFAULT_LASER_POWER: f64 = 1.0;
 
 /// Scan angle that shows the closure of a turn, degrees: surfaces are seen again over the last fifteen.
@@ -17,9 +17,9 @@ pub const CLOSING_TURN_DEG: f64 = 375.0;
 /// Smallest step, mm or degrees: below it, rows differ by less than the read-back resolution of any stage.
 pub const STEP_MIN: f64 = 0.001;
 
-/// Minimum row spacing as a share of the stage resolution: users give round numbers, whereas the mean spacing of recorded
+/// Minimum row spacing as a fraction of the stage resolution: users give round numbers, whereas the mean spacing of recorded
 /// positions is not round.
-pub const RESOLUTION_SHARE: f64 = 0.999;
+pub const RESOLUTION_RATIO: f64 = 0.999;
 
 /// Maximum number of points of a planned scan. Computing the cloud takes at most 64 bytes per point: 640 MB.
 pub const POINTS_LIMIT: u64 = 10_000_000;
@@ -31,8 +31,8 @@ pub const EXPECTED_SIGMA_PX: f64 = 0.05;
 /// Default overhead per row of a stop-and-go scan, s: trigger, read-out, transfer, settling.
 pub const ROW_OVERHEAD_S: f64 = 0.03;
 
-/// Motion blur during an exposure, as a share of the step, above which the plan has a note.
-pub const SMEAR_SHARE: f64 = 0.25;
+/// Motion blur during an exposure, as a fraction of the step, above which the plan has a note.
+pub const SMEAR_FRACTION: f64 = 0.25;
 
 /// Spacing of the pixels at which σ and density are predicted, px; both change slowly over the image.
 pub const PREDICTION_STEP_PX: usize = 64;

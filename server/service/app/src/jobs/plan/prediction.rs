@@ -94,7 +94,7 @@ pub fn disk_bytes(max_points: u64, n_kept: usize, status: &StationStatus) -> u64
         devices::PixelFormat::Mono8 => 1,
         devices::PixelFormat::Mono16 => 2,
     };
-    let picture_bytes = (roi.width_px * roi.height_px * bytes_per_px) as u64;
-    let pictures_bytes = 2 * n_kept as u64 * picture_bytes;
-    max_points * (2 * PEAK_BYTES + CLOUD_POINT_BYTES + DISPLAY_POINT_BYTES) + pictures_bytes
+    let image_bytes = (roi.width_px * roi.height_px * bytes_per_px) as u64;
+    let images_bytes = 2 * n_kept as u64 * image_bytes;
+    max_points * (2 * PEAK_BYTES + CLOUD_POINT_BYTES + DISPLAY_POINT_BYTES) + images_bytes
 }

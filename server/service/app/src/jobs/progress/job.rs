@@ -108,13 +108,13 @@ mod tests {
         });
         let phase = Phase::ReadingImages;
         let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
-        let task = reporter.count("reading", "pictures", 2);
+        let task = reporter.count("reading", "images", 2);
         task.step();
         task.step();
         let expected = [
             (0.5, phase.into(), "reading".to_owned()),
-            (0.7, phase.counted(1, 2), "reading: 1 of 2 pictures".to_owned()),
-            (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
+            (0.7, phase.counted(1, 2), "reading: 1 of 2 images".to_owned()),
+            (0.9, phase.counted(2, 2), "reading: 2 of 2 images".to_owned()),
         ];
         assert_eq!(*reported.lock(), expected);
         assert!(reporter.check_cancelled().is_ok());

@@ -16,13 +16,13 @@ const KNOT_DISTANCE: f64 = 0.01;
 /// Fractions of two jobs within this distance count as equal: half a knot.
 const SAME_KNOT: f64 = 0.5 * KNOT_DISTANCE;
 
-/// Weight of the expected against the observed duration, as a share of the expected time: dominant at the start,
+/// Weight of the expected against the observed duration, as a fraction of the expected time: dominant at the start,
 /// negligible at the end.
-const PRIOR_SHARE: f64 = 0.3;
+const PRIOR_FRACTION: f64 = 0.3;
 
 /// A silent job stops just before the next known report: a phase is not shown as finished before it is, and no job as
 /// done before its end.
-const HELD_SHARE: f64 = 0.97;
+const HELD_FRACTION: f64 = 0.97;
 
 /// Timeline of a job: (fraction, seconds since the start), both non-decreasing.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -59,7 +59,7 @@ impl Timeline {
 pub(in crate::jobs) struct Forecast {
     /// Expected duration, s.
     expected_s: f64,
-    /// Fraction of the work, and share of the time at which it was reached or left.
+    /// Fraction of the work, and fraction of the time at which it was reached or left.
     knots: Vec<(f64, f64)>,
 }
 
@@ -82,7 +82,7 @@ impl Forecast {
         Some(Self { expected_s, knots })
     }
 
-    /// Shares of the time at which a fraction is reached, and until which no update is needed.
+    /// Fractions of the time at which a fraction is reached, and until which no update is needed.
     fn shares(&self, fraction: f64) -> (f64, f64) {
         let same = |knot: f64| (knot - fraction).abs() <= SAME_KNOT;
         let Some(first) = self.knots.iter().position(|(knot, _)| *knot >= fraction - SAME_KNOT) else {
@@ -97,14 +97,14 @@ impl Forecast {
         (from + (share - from) * (fraction - low) / (knot - low), share)
     }
 
-    /// Share of the time elapsed, and seconds remaining, for a job that reached `fraction` after `reached_s` and is
+    /// Fraction of the time elapsed, and seconds remaining, for a job that reached `fraction` after `reached_s` and is
     /// still there after `now_s`.
     pub fn at(&self, fraction: f64, reached_s: f64, now_s: f64) -> (f64, f64) {
         let (reached, left) = self.shares(fraction);
         let expected_s = self.expected_s;
-        let held = reached + HELD_SHARE * (left - reached);
+        let held = reached + HELD_FRACTION * (left - reached);
         let share = (reached + (now_s - reached_s).max(0.0) / expected_s).min(held);
-        let prior_s = PRIOR_SHARE * expected_s;
+        let prior_s = PRIOR_FRACTION * expected_s;
         // Slowdown of this job relative to the earlier ones, as observed so far.
         let slowness = (now_s + prior_s) / (share * expected_s + prior_s);
         (share, (1.0 - share) * expected_s * slowness)

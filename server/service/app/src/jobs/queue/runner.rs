@@ -17,8 +17,8 @@ use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, 
 /// Key of the timeline in a job's checkpoint, used to forecast similar jobs.
 const TIMELINE: &str = "timeline";
 
-/// Key of the class of similar jobs in a timeline; the value is a name of version 0.1, which stored timelines have.
-const CLASS: &str = "likeness";
+/// Key of the class of similar jobs in a timeline.
+const CLASS: &str = "duration_class";
 
 /// How a job ended, as it is stored and published.
 pub(in crate::jobs) struct End {

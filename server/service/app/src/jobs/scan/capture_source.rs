@@ -15,7 +15,7 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::stored_scan::{new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
 
-/// Share of the job for reading the images.
+/// Fraction of the job for reading the images.
 const READING: f64 = 0.5;
 
 /// Reads the images of one scan and computes its cloud.

@@ -5,8 +5,8 @@
 
 mod capture_source;
 mod counted;
+mod images;
 mod measuring;
-mod pictures;
 pub mod recompute;
 mod result;
 mod resume;

@@ -10,7 +10,7 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{cloud_name, new_id, stored_peaks};
 
-/// Share of the job for reading the peaks.
+/// Fraction of the job for reading the peaks.
 const READING: f64 = 0.05;
 
 /// Computes and measures.

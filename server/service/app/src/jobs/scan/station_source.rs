@@ -15,7 +15,7 @@ use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, plan};
 use crate::jobs::progress::Phase;
-use crate::jobs::scan::pictures::take_in;
+use crate::jobs::scan::images::take_in;
 use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::taking::acquisition::{AmbientLight, gaps, take_frames};
 use crate::jobs::scan::taking::backgrounds::{BackgroundLog, noted};
@@ -78,7 +78,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     let dark_frame_use = ctx.station.status().dark_frame_use;
     let mut timing = Timing::default();
     let (n_before, began) = (positions.len(), Instant::now());
-    let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.pictures())))?;
+    let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.images())))?;
     let taken = take(
         ctx,
         &planned,
@@ -211,12 +211,12 @@ fn take(
     let earlier = kept.positions.clone();
     kept.positions.reserve(planned.n_rows.saturating_sub(earlier.len()));
     let scan_id = work.note.scan_id.clone();
-    let pictures = planned.keep_frames.then(|| work.pictures());
+    let images = planned.keep_frames.then(|| work.images());
     let watch = LiveWatch::new(triangulator.calibration());
     let Side { log, recording } = side;
     let notes = recording.and_then(|id| ctx.recordings.notes(id));
     let fusion = Mutex::default();
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, log, watch, fusion, notes };
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, images, log, watch, fusion, notes };
     let losses = &mut work.note.losses;
     let ambient = recorder.record(kept, |hand| take_frames(ctx, planned, &earlier, losses, log, hand))?;
     Ok((ambient, recorder.fusion.into_inner()))
@@ -243,7 +243,7 @@ fn complete(
     if planned.keep_frames {
         ctx.report(TAKEN, Phase::PackingImages, "packing the images");
         let (id, change) =
-            take_in(ctx, &work.pictures(), &note.name, &note.name, &frames, &noted(&work.backgrounds()))?;
+            take_in(ctx, &work.images(), &note.name, &note.name, &frames, &noted(&work.backgrounds()))?;
         capture_id = Some(id);
         also.push(change);
     }
@@ -307,7 +307,7 @@ impl Acquired {
         let motion_s = planned.acquisition_s - planned.n_rows as f64 * self.pace.row_overhead_s;
         let share = self.n_rows as f64 / planned.n_rows.max(1) as f64;
         report["acquisition_s"] = json!(self.took_s);
-        report["rows_taken"] = json!(self.n_rows);
+        report["n_rows"] = json!(self.n_rows);
         report["waiting_s"] = json!(self.took_s - share * motion_s);
         if let (Some(report), Some(Value::Object(frames))) = (report.as_object_mut(), self.timing.to_json()) {
             report.extend(frames);

@@ -16,12 +16,12 @@ use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::scan::taking::writing::NewPeaks;
-use crate::jobs::scan::{pictures, scan_changes};
+use crate::jobs::scan::{images, scan_changes};
 
 const FOLDER: &str = "work";
 const NOTE: &str = "scan.json";
 const PEAKS: &str = "peaks";
-const PICTURES: &str = "pictures";
+const IMAGES_FOLDER: &str = "pictures";
 const BACKGROUNDS: &str = "backgrounds";
 
 /// The metadata of a scan, written before its first frame.
@@ -67,7 +67,7 @@ impl Work {
         work.make_folder(artifacts)?;
         if keep_pictures {
             work.check_pictures(earlier.map_or(0, Frames::n_frames))?;
-            std::fs::create_dir_all(pictures::folder_in(&work.pictures())).map_err(disk_problem)?;
+            std::fs::create_dir_all(images::folder_in(&work.images())).map_err(disk_problem)?;
         }
         let _ = std::fs::remove_file(work.peaks());
         let mut peaks = PeaksWriter::create(&work.peaks(), header).map_err(disk_problem)?;
@@ -95,7 +95,7 @@ impl Work {
 
     /// Checks that the images of earlier rows exist.
     fn check_pictures(&self, n_rows: usize) -> Result<(), AppError> {
-        let missing = (0..n_rows).find(|idx| !self.pictures().join(pictures::picture_path(*idx)).is_file());
+        let missing = (0..n_rows).find(|idx| !self.images().join(images::image_path(*idx)).is_file());
         match missing {
             None => Ok(()),
             Some(idx) => Err(AppError::new(
@@ -121,8 +121,8 @@ impl Work {
     }
 
     /// The capture folder of the images.
-    pub fn pictures(&self) -> PathBuf {
-        self.folder.join(PICTURES)
+    pub fn images(&self) -> PathBuf {
+        self.folder.join(IMAGES_FOLDER)
     }
 
     /// File that records the background subtraction.
@@ -137,7 +137,7 @@ impl Work {
 
     /// The scan is stored as partial: keeps only its images.
     pub fn clear_but_pictures(&self) {
-        if !self.pictures().is_dir() {
+        if !self.images().is_dir() {
             return self.clear();
         }
         removed(std::fs::remove_file(self.folder.join(NOTE)));

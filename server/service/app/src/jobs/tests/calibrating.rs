@@ -187,7 +187,7 @@ async fn a_session_collects_poses_step_by_step_and_solves_them() {
     let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
     assert!(rmse_mm < SYSTEMATIC_MM * (12.0_f64 / 8.0).sqrt(), "{rmse_mm}");
     assert_eq!(sessions.get(&id).await.unwrap().body.job_id, Some(job.id));
-    let artifact = ArtifactId::parse(&gathered.poses[0].board.picture.artifact).unwrap();
+    let artifact = ArtifactId::parse(&gathered.poses[0].board.image.artifact).unwrap();
     bench.parts.artifacts.read(&artifact).await.unwrap();
     sessions.delete(&by(), &id).await.unwrap();
     assert_eq!(sessions.get(&id).await.unwrap_err().kind, ErrorKind::NotFound);

@@ -17,7 +17,7 @@ pub struct ScanPlan {
     pub exposure_us: f64,
     /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power, 0–1.
+    /// Fraction of full laser power, 0–1.
     pub laser_power: f64,
     /// Whether the images are kept as a capture.
     pub keep_frames: bool,

@@ -43,7 +43,7 @@ pub struct ScanSettings {
     /// Two to four exposure times per row instead of one (HDR), for parts with dark and bright areas.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub exposures_us: Vec<f64>,
-    /// Laser power, share of full power; `None`: chosen by the station.
+    /// Laser power, fraction of full power; `None`: chosen by the station.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laser_power: Option<f64>,
     /// When laser-off images are captured; `None`: never.

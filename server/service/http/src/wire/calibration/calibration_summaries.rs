@@ -16,8 +16,9 @@ pub struct CalibrationSummaryDto {
     pub k3_reason: String,
     /// Camera parameters by name: `fx`, `fy`, `cx`, `cy`, `k1`, …
     pub camera: BTreeMap<String, EstimateDto>,
-    /// The board images.
-    pub pictures: Vec<BoardImageFitDto>,
+    /// The fits of the board images.
+    #[serde(alias = "pictures")]
+    pub images: Vec<BoardImageFitDto>,
     /// Model of the light sheets; absent without laser images: such a calibration cannot be used for scanning.
     pub model: Option<LightModelNameDto>,
     /// RMS distance of the laser points from their predicted curves.
@@ -59,8 +60,9 @@ pub struct EstimateDto {
 /// The fit of one board image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BoardImageFitDto {
-    /// The image.
-    pub picture: String,
+    /// Path of the image in the capture.
+    #[serde(alias = "picture")]
+    pub image: String,
     /// RMS reprojection error of its corners.
     pub rms_px: f64,
     /// Number of corners.

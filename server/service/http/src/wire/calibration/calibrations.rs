@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::wire::calibration::calibration_documents::CalibrationDocumentDto;
 use crate::wire::calibration::calibration_summaries::CalibrationSummaryDto;
-use crate::wire::figures;
+use crate::wire::parse_stored;
 use app::jobs::{CalibrateInput, Source};
 
 /// Source of the images.
@@ -148,7 +148,7 @@ impl CalibrationItemDto {
     /// # Errors
     /// If the stored summary was written by an incompatible version.
     pub fn new(record: CalibrationRecord, active: Option<&str>) -> Result<Self, DamagedRow> {
-        let summary = figures("calibration", &record.id, record.summary)?;
+        let summary = parse_stored("calibration", &record.id, record.summary)?;
         Ok(Self {
             active: active == Some(record.id.as_str()),
             report: record.report.as_ref().map(|_| format!("{}/report", calibration_href(&record.id))),

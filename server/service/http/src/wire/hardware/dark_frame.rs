@@ -11,7 +11,7 @@ const LISTED: usize = 1000;
 /// How frames are corrected for what the sensor shows without light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum DarkUseDto {
+pub enum DarkFrameUseDto {
     /// Not corrected: no dark frame was taken.
     NoDarkFrame,
     /// Not corrected: the dark frame is of another camera.
@@ -21,7 +21,8 @@ pub enum DarkUseDto {
     /// Hot pixels are replaced; the fixed pattern is of another gain and is not subtracted.
     HotPixels,
     /// The fixed pattern is subtracted and hot pixels are replaced.
-    Whole,
+    #[serde(alias = "whole")]
+    Full,
 }
 
 /// Request to take a dark frame.
@@ -37,7 +38,7 @@ pub struct TakeDarkFrameDto {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct DarkFrameDto {
     /// Whether frames at the current settings are corrected by it.
-    pub used: DarkUseDto,
+    pub used: DarkFrameUseDto,
     /// When it was taken.
     pub taken_at_ms: i64,
     /// Model of the camera.
@@ -99,14 +100,14 @@ impl DarkFrameDto {
     }
 }
 
-impl From<DarkFrameUse> for DarkUseDto {
+impl From<DarkFrameUse> for DarkFrameUseDto {
     fn from(used: DarkFrameUse) -> Self {
         match used {
             DarkFrameUse::NoDarkFrame => Self::NoDarkFrame,
             DarkFrameUse::OtherCamera => Self::OtherCamera,
             DarkFrameUse::OtherFormat => Self::OtherFormat,
             DarkFrameUse::HotPixels => Self::HotPixels,
-            DarkFrameUse::Whole => Self::Whole,
+            DarkFrameUse::Full => Self::Full,
         }
     }
 }

@@ -94,7 +94,7 @@ impl StopResultDto {
 pub struct SetLiveDto {
     /// Whether the live view runs.
     pub running: bool,
-    /// Share of full laser power; 0 is off.
+    /// Fraction of full laser power; 0 is off.
     #[serde(default)]
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub laser_power: f64,

@@ -9,9 +9,9 @@ use serde::Serialize;
 use store::{DamagedRow, InspectionRecord};
 use utoipa::ToSchema;
 
-use crate::wire::figures;
 use crate::wire::inspection::results::{CharacteristicResultDto, PlanFeatureDto, PlanResultDto, PoseDto};
 use crate::wire::measurement::measurements::VerdictDto;
+use crate::wire::parse_stored;
 use crate::wire::recipe::recipes::version_href;
 use crate::wire::scan::scans::scan_href;
 
@@ -108,8 +108,8 @@ impl TryFrom<InspectionRecord> for InspectionDto {
     fn try_from(record: InspectionRecord) -> Result<Self, DamagedRow> {
         let InspectionRecord { id, recipe_id, recipe_version, scan_id, .. } = record;
         let damaged = || DamagedRow { kind: "inspection", id: id.clone() };
-        let body: InspectionBody = figures("inspection", &id, record.body)?;
-        let result: PlanResultDto = figures("inspection", &id, body.result)?;
+        let body: InspectionBody = parse_stored("inspection", &id, record.body)?;
+        let result: PlanResultDto = parse_stored("inspection", &id, body.result)?;
         let verdict = PartVerdict::from_name(&record.verdict).ok_or_else(damaged)?;
         let scan_href = scan_id.as_deref().map(scan_href);
         Ok(Self {

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use store::{DamagedRow, MeasurementRecord};
 use utoipa::{IntoParams, ToSchema};
 
-use crate::wire::figures;
 use crate::wire::measurement::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+use crate::wire::parse_stored;
 use app::measurements::MeasureInput;
 use app::measurements::parts::verdict_in;
 
@@ -135,8 +135,8 @@ impl TryFrom<MeasurementRecord> for MeasurementDto {
         let MeasurementRecord { id, scan_id, request, mut result, created_at_ms } = record;
         // Records of earlier versions have other codes.
         result["verdict"] = json!(verdict.map(PartVerdict::name));
-        let request = figures("measurement", &id, request)?;
-        let result = figures("measurement", &id, result)?;
+        let request = parse_stored("measurement", &id, request)?;
+        let result = parse_stored("measurement", &id, result)?;
         Ok(Self { id, scan_id, request, result, created_at_ms })
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use store::{CaptureRecord, DamagedRow};
 use utoipa::ToSchema;
 
-use crate::wire::figures;
+use crate::wire::parse_stored;
 
 /// A set of images with its manifest.
 #[derive(Debug, Serialize, ToSchema)]
@@ -74,7 +74,7 @@ impl TryFrom<CaptureRecord> for CaptureDto {
     type Error = DamagedRow;
 
     fn try_from(record: CaptureRecord) -> Result<Self, DamagedRow> {
-        let summary = figures("capture", &record.id, record.summary)?;
+        let summary = parse_stored("capture", &record.id, record.summary)?;
         Ok(Self {
             archive: format!("{}/archive", capture_href(&record.id)),
             id: record.id,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use store::{DamagedRow, RecordingRecord, RecordingState};
 use utoipa::ToSchema;
 
-use crate::wire::figures;
+use crate::wire::parse_stored;
 
 /// Request to record the live view.
 #[derive(Debug, Clone, Default, Deserialize, ToSchema)]
@@ -130,7 +130,7 @@ impl TryFrom<RecordingRecord> for RecordingDto {
     type Error = DamagedRow;
 
     fn try_from(record: RecordingRecord) -> Result<Self, DamagedRow> {
-        let figures: RecordingFigures = figures("recording", &record.id, record.summary)?;
+        let figures: RecordingFigures = parse_stored("recording", &record.id, record.summary)?;
         let lost = figures.lost;
         Ok(Self {
             file: record.file.map(|_| format!("{}/file", recording_href(&record.id))),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::hardware::dark_frame::DarkUseDto;
+use crate::wire::hardware::dark_frame::DarkFrameUseDto;
 use crate::wire::scan::watches::WatchVerdictDto;
 
 /// Report of a scan. A stopped scan has only rows and losses.
@@ -35,7 +35,7 @@ pub struct ScanReportDto {
     pub background: Option<BackgroundReportDto>,
     /// How the frames were corrected by the camera's dark frame; absent for a scan of a capture.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub dark_frame: Option<DarkUseDto>,
+    pub dark_frame: Option<DarkFrameUseDto>,
     /// Depth range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,
@@ -159,9 +159,9 @@ pub struct ScanTimingDto {
     /// Duration from the first motion to the last row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acquisition_s: Option<f64>,
-    /// Rows captured in this time.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rows_taken: Option<usize>,
+    /// Number of rows captured in this time.
+    #[serde(alias = "rows_taken", skip_serializing_if = "Option::is_none")]
+    pub n_rows: Option<usize>,
     /// Time in it spent neither moving nor exposing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waiting_s: Option<f64>,

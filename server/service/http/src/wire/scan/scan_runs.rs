@@ -85,7 +85,7 @@ pub struct ScanPlanDto {
     pub exposure_us: f64,
     /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power, 0–1.
+    /// Fraction of full laser power, 0–1.
     pub laser_power: f64,
     /// Whether the images are kept as a capture.
     pub keep_frames: bool,
@@ -175,7 +175,7 @@ pub struct ScanRunDto {
     pub exposure_us: Option<f64>,
     /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power, 0–1.
+    /// Fraction of full laser power, 0–1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub laser_power: Option<f64>,
     /// Whether the images are kept as a capture.

@@ -116,7 +116,7 @@ macro_rules! with_scan_settings {
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
             #[schema(max_items = 4)]
             pub exposures_us: Vec<f64>,
-            /// Laser power, share of full power; default: chosen by the station.
+            /// Laser power, fraction of full power; default: chosen by the station.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(exclusive_minimum = 0.0, maximum = 1.0)]
             pub laser_power: Option<f64>,

@@ -12,10 +12,10 @@ use vision::{CameraImage, GreyImage, scene_change};
 
 use crate::error::AppError;
 use crate::error::disk_problem;
-use crate::jobs::scan::pictures::{background_folder_in, background_path};
+use crate::jobs::scan::images::{background_folder_in, background_path};
 
-/// Share of pixels brighter than the ambient level.
-const BRIGHTER_SHARE: f64 = 0.05;
+/// Fraction of pixels brighter than the ambient level.
+const BRIGHTER_FRACTION: f64 = 0.05;
 
 /// Subsampling along a row for the ambient level.
 const LOOK_STRIDE_PX: usize = 7;
@@ -24,7 +24,7 @@ const LOOK_STRIDE_PX: usize = 7;
 pub struct Background {
     /// The row before which it was captured.
     pub row: usize,
-    picture: CameraImage,
+    image: CameraImage,
 }
 
 /// Counts of frames with and without ambient light subtraction.
@@ -40,27 +40,27 @@ pub struct BackgroundCounts {
 pub struct BackgroundLog {
     counts: Mutex<BackgroundCounts>,
     note: Option<Mutex<File>>,
-    pictures: Option<PathBuf>,
+    images: Option<PathBuf>,
 }
 
 impl Background {
     /// From a laser-off frame captured before `row`.
     pub fn new(row: usize, frame: &SharedFrame) -> Self {
-        Self { row, picture: CameraImage::Grey(frame.image.clone()) }
+        Self { row, image: CameraImage::Grey(frame.image.clone()) }
     }
 
     /// Whether it matches `frame` except for the laser.
     pub fn suits(&self, frame: &GreyImage) -> bool {
-        scene_change(&CameraImage::Grey(frame.clone()), &self.picture).is_none()
+        scene_change(&CameraImage::Grey(frame.clone()), &self.image).is_none()
     }
 
     /// The frame with it subtracted; `None` if it does not match.
     pub fn subtracted_from(&self, frame: &GreyImage) -> Option<GreyImage> {
         let on = CameraImage::Grey(frame.clone());
-        if scene_change(&on, &self.picture).is_some() {
+        if scene_change(&on, &self.image).is_some() {
             return None;
         }
-        match on.minus(&self.picture)? {
+        match on.minus(&self.image)? {
             CameraImage::Grey(image) => Some(image),
             CameraImage::Colour(_) => None,
         }
@@ -68,11 +68,11 @@ impl Background {
 
     /// Its ambient level, of 255, exceeded by 5 % of the pixels.
     pub fn ambient_levels(&self) -> f64 {
-        let CameraImage::Grey(image) = &self.picture else { return 0.0 };
+        let CameraImage::Grey(image) = &self.image else { return 0.0 };
         let pixels = (0..image.height())
             .flat_map(|v| (v % LOOK_STRIDE_PX..image.width()).step_by(LOOK_STRIDE_PX).map(move |u| (u, v)));
         let mut levels: Vec<f32> = pixels.map(|(u, v)| image.at(u, v)).collect();
-        let rank = ((1.0 - BRIGHTER_SHARE) * levels.len() as f64) as usize;
+        let rank = ((1.0 - BRIGHTER_FRACTION) * levels.len() as f64) as usize;
         let (_, level, _) = levels.select_nth_unstable_by(rank, f32::total_cmp);
         f64::from(*level / image.full_scale()) * 255.0
     }
@@ -81,15 +81,15 @@ impl Background {
 impl BackgroundLog {
     /// `kept`: the file that records the subtraction, and the capture folder of the images.
     pub fn new(kept: Option<(PathBuf, PathBuf)>) -> Result<Self, AppError> {
-        let (note, pictures) = kept.unzip();
+        let (note, images) = kept.unzip();
         let open = |note: PathBuf| OpenOptions::new().create(true).append(true).open(note);
         let note = note.map(open).transpose().map_err(disk_problem)?.map(Mutex::new);
-        Ok(Self { counts: Mutex::default(), note, pictures })
+        Ok(Self { counts: Mutex::default(), note, images })
     }
 
     /// Stores a laser-off image beside the frames.
     pub fn keep(&self, background: &Background) -> Result<(), AppError> {
-        let (Some(folder), CameraImage::Grey(image)) = (&self.pictures, &background.picture) else {
+        let (Some(folder), CameraImage::Grey(image)) = (&self.images, &background.image) else {
             return Ok(());
         };
         std::fs::create_dir_all(background_folder_in(folder)).map_err(disk_problem)?;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn background(image: GreyImage) -> Background {
-        Background { row: 3, picture: CameraImage::Grey(image) }
+        Background { row: 3, image: CameraImage::Grey(image) }
     }
 
     #[test]
@@ -166,15 +166,15 @@ mod tests {
     fn recorded_backgrounds_are_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let note = folder.path().join("backgrounds");
-        let pictures = folder.path().join("pictures");
-        std::fs::create_dir(&pictures).unwrap();
-        let log = BackgroundLog::new(Some((note.clone(), pictures.clone()))).unwrap();
+        let images = folder.path().join("images");
+        std::fs::create_dir(&images).unwrap();
+        let log = BackgroundLog::new(Some((note.clone(), images.clone()))).unwrap();
         let one = Arc::new(background(room(20)));
         log.keep(&one).unwrap();
         log.used(4, Some(&one)).unwrap();
         log.used(5, None).unwrap();
         assert_eq!(noted(&note), [(4, 3)]);
         assert_eq!(log.counts(), BackgroundCounts { n_with: 1, n_without: 1 });
-        assert!(pictures.join(background_path(3)).is_file());
+        assert!(images.join(background_path(3)).is_file());
     }
 }

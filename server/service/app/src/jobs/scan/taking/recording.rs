@@ -24,7 +24,7 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::scan::pictures::picture_path;
+use crate::jobs::scan::images::image_path;
 use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::taking::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::scan::watched::LiveWatch;
@@ -47,7 +47,7 @@ pub struct Recorder<'a> {
     /// Labels the live profiles.
     pub triangulator: &'a Triangulator,
     /// Folder for kept images, if any.
-    pub pictures: Option<PathBuf>,
+    pub images: Option<PathBuf>,
     /// Receives every frame in order.
     pub watch: LiveWatch,
     /// HDR statistics.
@@ -224,8 +224,8 @@ impl Recorder<'_> {
     }
 
     fn keep_picture(&self, idx: usize, frame: &SharedFrame) -> Result<(), AppError> {
-        let Some(folder) = &self.pictures else { return Ok(()) };
-        write_png(&folder.join(picture_path(idx)), &frame.image).map_err(disk_problem)
+        let Some(folder) = &self.images else { return Ok(()) };
+        write_png(&folder.join(image_path(idx)), &frame.image).map_err(disk_problem)
     }
 
     fn show(

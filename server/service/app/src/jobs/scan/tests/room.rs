@@ -48,8 +48,8 @@ fn a_scan_that_keeps_its_images_is_refused_without_disk_space_for_them() {
     submit(false, enough).unwrap();
     assert_eq!(submit(false, enough - 1).unwrap_err().kind, ErrorKind::StorageFull);
     // Sixty-one images of one byte per pixel, as files and once more in their archive.
-    let pictures_bytes = 2 * 61 * 640 * 512;
-    assert_eq!(submit(true, enough + pictures_bytes - 1).unwrap_err().kind, ErrorKind::StorageFull);
-    submit(true, enough + pictures_bytes).unwrap();
+    let images_bytes = 2 * 61 * 640 * 512;
+    assert_eq!(submit(true, enough + images_bytes - 1).unwrap_err().kind, ErrorKind::StorageFull);
+    submit(true, enough + images_bytes).unwrap();
     bench.runtime.block_on(jobs.shut_down());
 }

@@ -55,13 +55,13 @@ fn a_resumed_scan_equals_an_uninterrupted_one_bit_by_bit() {
     assert_eq!(bench.scans().len(), 1, "the complete scan replaces the partial one");
     assert_eq!(peaks(&bench, &done).frames, peaks(&whole, &expected).frames);
     assert_eq!(bench.cloud(&done), whole.cloud(&expected));
-    let pictures = |bench: &Bench, scan: &ScanRecord| {
+    let images = |bench: &Bench, scan: &ScanRecord| {
         let folder = bench.captures.check_out(scan.capture_id.as_ref().unwrap()).unwrap();
         let manifest = std::fs::read(folder.folder.join("capture.json")).unwrap();
-        let picture = |row: usize| std::fs::read(folder.folder.join(format!("scan/{row:05}.png"))).unwrap();
-        (manifest, (0..7).map(picture).collect::<Vec<_>>())
+        let image = |row: usize| std::fs::read(folder.folder.join(format!("scan/{row:05}.png"))).unwrap();
+        (manifest, (0..7).map(image).collect::<Vec<_>>())
     };
-    assert!(pictures(&bench, &done) == pictures(&whole, &expected), "other pictures");
+    assert!(images(&bench, &done) == images(&whole, &expected), "other images");
 }
 
 #[test]

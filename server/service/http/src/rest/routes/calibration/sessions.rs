@@ -251,9 +251,9 @@ async fn get_session_image(
     let session = app.sessions.get(&id).await?;
     let poses = session.body.poses.iter();
     let of_poses = poses.flat_map(|pose| {
-        [Some(&pose.board.picture), pose.laser.as_ref().map(|laser| &laser.picture)].into_iter().flatten()
+        [Some(&pose.board.image), pose.laser.as_ref().map(|laser| &laser.image)].into_iter().flatten()
     });
-    let of_views = session.body.stage_views.iter().map(|view| &view.board.picture);
+    let of_views = session.body.stage_views.iter().map(|view| &view.board.image);
     let named = of_poses.chain(of_views).find(|known| known.artifact == image);
     let artifact_id = named.and_then(|known| store::ArtifactId::parse(&known.artifact)).ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, format!("the session has no image {image}"))

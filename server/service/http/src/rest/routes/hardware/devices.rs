@@ -194,7 +194,7 @@ async fn get_laser(State(app): State<App>) -> Json<LaserDto> {
     Json((&*app.station.status()).into())
 }
 
-/// Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive.
+/// Sets the laser power as a fraction of full power; 0 turns it off. The laser is on only while frames arrive.
 #[utoipa::path(
     put, path = "/devices/laser", tag = "devices", request_body = SetLaserDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),

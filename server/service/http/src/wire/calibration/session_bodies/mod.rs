@@ -1,17 +1,17 @@
 //! The content of a calibration session on the wire.
 
+mod images;
 mod needs;
-mod pictures;
 
-use app::sessions::photographer::Exposures;
+use app::sessions::image_capture::Exposures;
 use app::sessions::{NominalProjector, SessionBody};
 
 use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use images::{SessionPoseDto, SessionStageViewDto};
 pub use needs::{BoardDetectionDto, CameraEstimateDto, SessionNeedsDto};
-pub use pictures::{SessionPoseDto, SessionStageViewDto};
 
 /// The content of a calibration session.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -58,7 +58,7 @@ pub struct ExposuresDto {
     pub board_exposure_us: f64,
     /// Exposure time for the laser lines.
     pub laser_exposure_us: f64,
-    /// Share of full laser power, above 0 and at most 1.
+    /// Fraction of full laser power, above 0 and at most 1.
     pub laser_power: f64,
 }
 

@@ -66,8 +66,8 @@ pub struct BoardDetectionDto {
     pub coverage_cells: Vec<u32>,
     /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of saturated pixels.
-    pub saturated_share: f64,
+    /// Fraction of saturated pixels.
+    pub saturated_fraction: f64,
     /// Angle between the board and the image plane; available from three images on.
     pub tilt_deg: Option<f64>,
     /// Distance of the board centre; available from three images on.
@@ -127,7 +127,7 @@ impl From<BoardDetection> for BoardDetectionDto {
             corners,
             coverage_cells,
             corner_sigma_px,
-            saturated_share,
+            saturated_fraction,
             tilt_deg,
             distance_mm,
             rms_px,
@@ -141,7 +141,7 @@ impl From<BoardDetection> for BoardDetectionDto {
             corners,
             coverage_cells,
             corner_sigma_px,
-            saturated_share,
+            saturated_fraction,
             tilt_deg,
             distance_mm,
             rms_px,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use station::StationStatus;
 use utoipa::ToSchema;
 
-use crate::wire::hardware::dark_frame::DarkUseDto;
+use crate::wire::hardware::dark_frame::DarkFrameUseDto;
 use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 
 /// Trigger mode of the camera.
@@ -116,7 +116,7 @@ pub struct CameraDto {
     /// Current settings.
     pub settings: CameraSettingsDto,
     /// How frames are corrected for what the sensor shows without light.
-    pub dark_frame: DarkUseDto,
+    pub dark_frame: DarkFrameUseDto,
     /// Frame rate over the last second.
     pub measured_rate_hz: f64,
 }

@@ -29,11 +29,11 @@ pub struct LaserDto {
     pub connected: bool,
     /// Vendor, model and serial number.
     pub identity: IdentityDto,
-    /// Range of power as a share of full power; absent if the laser can only be on or off.
+    /// Range of power as a fraction of full power; absent if the laser can only be on or off.
     pub powers: Option<RangeDto>,
     /// Whether it emits.
     pub light: LaserLightDto,
-    /// Current power, share of full power.
+    /// Current power, fraction of full power.
     pub power: f64,
     /// Whether the interlock is closed; absent if it is not read back.
     pub interlock_closed: Option<bool>,
@@ -43,7 +43,7 @@ pub struct LaserDto {
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetLaserDto {
-    /// Share of full power; 0 is off. The laser is on only while frames arrive.
+    /// Fraction of full power; 0 is off. The laser is on only while frames arrive.
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub power: f64,
 }

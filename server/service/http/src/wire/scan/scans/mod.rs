@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use store::{DamagedRow, ScanState};
 use utoipa::{IntoParams, ToSchema};
 
-use crate::wire::figures;
 use crate::wire::measurement::measurements::{CharacteristicDto, VerdictDto};
+use crate::wire::parse_stored;
 use crate::wire::scan::scan_reports::ScanReportDto;
 use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
@@ -129,7 +129,7 @@ impl TryFrom<Part> for ScanDto {
         let record = part.scan;
         let run = ScanRun::of(&record).ok().and_then(|run| ScanRunDto::try_from(run).ok());
         let plan = run.ok_or_else(|| DamagedRow { kind: "scan", id: record.id.clone() })?;
-        let report = figures("scan", &record.id, record.report)?;
+        let report = parse_stored("scan", &record.id, record.report)?;
         Ok(Self {
             verdict: part.verdict.map(VerdictDto::from),
             characteristics: part.measured.iter().map(CharacteristicDto::from).collect(),
