@@ -5,15 +5,15 @@ use capture::Capture;
 use maud::{Markup, html};
 
 use super::chapters::{camera, correlation, light, stage, turntable};
+use super::drawing::labelled_images::{LabelledPixel, labelled_image};
 use super::drawing::page::{Page, Tile, gallery, legend};
-use super::drawing::pictures::{LabelledPixel, labelled_picture};
 use crate::drawing::palette::order_hex;
 use crate::tables::order_name;
 use pipeline::Failure;
 use pipeline::Features;
 
 /// Maximum number of laser images shown.
-const MAX_PICTURES: usize = 12;
+const MAX_IMAGES: usize = 12;
 
 /// The report of a calibration; `source` names the origin of the images.
 pub fn calibration_page(
@@ -58,7 +58,7 @@ pub fn calibration_sections(
         page.section(
             "Detections",
             "Centrelines in the laser images, coloured by diffraction order; grey: detected but not used.",
-            pictures(capture, features, fit)?,
+            laser_images(capture, features, fit)?,
         );
     }
     page.section(
@@ -129,7 +129,7 @@ fn tiles(report: &CalibrationReport) -> Vec<Tile> {
 }
 
 fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
-    let left_out = features.left_out.iter().map(|picture| format!("left out: {picture}"));
+    let left_out = features.left_out.iter().map(|image| format!("excluded: {image}"));
     let notes: Vec<String> = report.warnings.iter().cloned().chain(left_out).collect();
     if !notes.is_empty() {
         let content = html! { @for note in &notes { p.verdict.note { (note) } } };
@@ -137,10 +137,10 @@ fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
     }
 }
 
-fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Markup, Failure> {
+fn laser_images(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Markup, Failure> {
     let mut figures = Vec::new();
     for (pose_idx, pose) in features.input.poses.iter().enumerate() {
-        if pose.centrelines.is_none() || figures.len() == MAX_PICTURES {
+        if pose.centrelines.is_none() || figures.len() == MAX_IMAGES {
             continue;
         }
         let entry = capture.manifest.poses.iter().find(|entry| entry.board.display().to_string() == pose.name);
@@ -152,7 +152,7 @@ fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result
             .map(|point| (point.u_px, point.v_px, point.order))
             .collect();
         let caption = laser.display().to_string();
-        figures.push(labelled_picture(capture, laser, pose.centrelines.as_ref(), &labelled, &caption)?);
+        figures.push(labelled_image(capture, laser, pose.centrelines.as_ref(), &labelled, &caption)?);
     }
     let keys: Vec<(String, String)> = capture
         .manifest

@@ -1,7 +1,7 @@
-//! Reports and tables: what was found, for a person to read.
+//! Reports and tables of results.
 //!
-//! Self-contained HTML with figures at a glance, plots as inline SVG and pictures as data URIs; results as text and as
-//! JSON; pictures of lines and clouds. Where they are shown, sent or printed is not known here.
+//! Self-contained HTML with headline figures, plots as inline SVG and images as data URIs; PDF; results as text and JSON;
+//! images of lines and clouds. This crate does not depend on where they are shown, sent or printed.
 
 pub mod calibration;
 mod chapters;
@@ -12,7 +12,7 @@ pub mod tables;
 pub mod target_sheet;
 
 pub use chapters::measurement;
-pub use drawing::{page, palette, picture, pictures, plot};
+pub use drawing::{labelled_images, page, palette, plot, raster};
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

@@ -1,4 +1,4 @@
-//! The report of a scan: the cloud from above and from the side, agreement of the orders, a frame with its labels.
+//! The report of a scan: views of the cloud, agreement of the orders, frames with their labels.
 
 use calibration::CalibrationDocument;
 use capture::Capture;
@@ -6,16 +6,16 @@ use maud::{Markup, html};
 use scanning::ScanResult;
 
 use super::drawing::cloud_view::CloudView;
+use super::drawing::labelled_images::{LabelledPixel, labelled_image};
 use super::drawing::page::{Page, Tile, gallery, grid, legend, sentence, table};
-use super::drawing::pictures::{LabelledPixel, labelled_picture};
 use crate::drawing::palette::order_hex;
 use crate::tables::{closure_gaps, losses, median_sigma_mm, order_name};
 use pipeline::Failure;
 
-/// Frames shown: early, middle, late.
+/// Number of frames shown: early, middle, late.
 const SHOWN_FRAMES: usize = 3;
 
-/// The page of one scan.
+/// The report of one scan.
 pub fn scan_page(
     capture: &Capture,
     name: &str,
@@ -36,7 +36,7 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
     let keys: Vec<(String, String)> =
         orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
     let view = CloudView::new(&result.cloud);
-    let views = [view.seen_from_above()?, view.seen_from_the_sides()];
+    let views = [view.top_view()?, view.side_views()];
     let content = html! {
         (legend(&keys))
         (grid(&views))
@@ -78,7 +78,7 @@ fn tiles(result: &ScanResult) -> [Tile; 3] {
 fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Markup>, Failure> {
     let scan = capture.scan(name)?;
     let n_frames = scan.frames.len();
-    let frames_per_picture = capture.manifest.projector.crossing_lines().map_or(1, |lines| lines.len());
+    let frames_per_image = capture.manifest.projector.crossing_lines().map_or(1, |lines| lines.len());
     (0..SHOWN_FRAMES.min(n_frames))
         .map(|shown| {
             let idx = (n_frames * (2 * shown + 1) / (2 * SHOWN_FRAMES)).min(n_frames - 1);
@@ -87,11 +87,11 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Mark
                 .cloud
                 .points
                 .iter()
-                .filter(|point| point.frame as usize / frames_per_picture == idx)
+                .filter(|point| point.frame as usize / frames_per_image == idx)
                 .map(|point| (f64::from(point.u_px), f64::from(point.v_px), point.order))
                 .collect();
             let caption = format!("{} at {}", frame.image.display(), frame.position());
-            labelled_picture(capture, &frame.image, None, &labelled, &caption)
+            labelled_image(capture, &frame.image, None, &labelled, &caption)
         })
         .collect()
 }
@@ -131,7 +131,7 @@ fn closure(result: &ScanResult) -> Markup {
     if rows.is_empty() {
         return Markup::default();
     }
-    html! { h3 { "Closure after a full turn" } (table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
+    html! { h3 { "Closure after a full turn" } (table(&["seen again by", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
 }
 
 fn left_out(result: &ScanResult) -> Markup {
@@ -142,5 +142,5 @@ fn left_out(result: &ScanResult) -> Markup {
     if rows.is_empty() {
         return Markup::default();
     }
-    html! { h3 { "Left out" } (table(&["reason", "points", "whole pieces"], &rows, |_| false)) }
+    html! { h3 { "Rejected points" } (table(&["reason", "points", "whole pieces"], &rows, |_| false)) }
 }

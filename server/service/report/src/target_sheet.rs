@@ -1,4 +1,4 @@
-//! A calibration board as a page to print, true to scale, with a ruler to check that it was.
+//! A calibration board as a PDF page for printing at true scale, with a ruler to check the print.
 
 use std::borrow::Cow;
 
@@ -10,16 +10,16 @@ use vision::{CharucoError, CharucoParams};
 /// Points of PDF per millimetre.
 const POINTS_PER_MM: f32 = 72.0 / 25.4;
 
-/// White that must be left around the board, mm: printers do not reach the edge, and detection wants a rim.
+/// White margin around the board, mm: printers cannot print to the edge, and detection needs a margin.
 const MARGIN_MM: f64 = 10.0;
 
-/// Height of the strip below the board that holds ruler and words, mm.
+/// Height of the footer below the board, with ruler and text, mm.
 const FOOTER_MM: f64 = 16.0;
 
-/// Longest ruler, mm; errors of scale are read to 0.1 mm on it.
+/// Maximum length of the ruler, mm.
 const RULER_MAX_MM: f64 = 200.0;
 
-/// Pages that are taken if none is named, smallest first: (name, short side, long side), mm.
+/// Page sizes, smallest first: (name, short side, long side), mm.
 const PAGES: [(&str, f64, f64); 5] = [
     ("A4", 210.0, 297.0),
     ("A3", 297.0, 420.0),
@@ -31,7 +31,7 @@ const PAGES: [(&str, f64, f64); 5] = [
 /// Why a board cannot be printed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SheetError {
-    /// Larger than any page.
+    /// The board is larger than any page.
     #[error("a board of {width_mm:.0}×{height_mm:.0} mm does not fit on any page up to A0")]
     TooLarge {
         /// Width with its margins.
@@ -39,7 +39,7 @@ pub enum SheetError {
         /// Height with margins and ruler.
         height_mm: f64,
     },
-    /// No such markers.
+    /// The markers do not exist.
     #[error(transparent)]
     Markers(#[from] CharucoError),
 }
@@ -53,12 +53,12 @@ impl Remedy for SheetError {
     }
 }
 
-/// A page to print.
+/// A page for printing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetSheet {
     /// The bytes of the PDF file.
     pub pdf: Vec<u8>,
-    /// The page it is for: `A4` to `A0`.
+    /// Page size: `A4` to `A0`.
     pub page: &'static str,
     /// Length of the printed ruler, mm.
     pub ruler_mm: f64,
@@ -67,11 +67,11 @@ pub struct TargetSheet {
 /// A black rectangle: left, top, width, height, mm from the top left of the board.
 type Black = [f64; 4];
 
-/// The board on the smallest page that holds it, turned as it fits.
+/// The board on the smallest page that holds it, in portrait or landscape; `text` is printed in the footer.
 ///
 /// # Errors
 /// [`SheetError`].
-pub fn target_sheet(target: &Target, words: &str) -> Result<TargetSheet, SheetError> {
+pub fn target_sheet(target: &Target, text: &str) -> Result<TargetSheet, SheetError> {
     let square = target.square_mm();
     let (inner_columns, inner_rows) = target.inner_corners();
     let (columns, rows) = match target.circles() {
@@ -99,13 +99,13 @@ pub fn target_sheet(target: &Target, words: &str) -> Result<TargetSheet, SheetEr
         rectangle[1] += origin_mm[1];
     }
     black.extend(ruler(ruler_mm, page_mm));
-    Ok(TargetSheet { pdf: pdf(page_mm, &black, &discs, &footer(words, ruler_mm)), page, ruler_mm })
+    Ok(TargetSheet { pdf: pdf(page_mm, &black, &discs, &footer(text, ruler_mm)), page, ruler_mm })
 }
 
-/// A black disc: the place of its centre and its radius, mm from the top left of the board.
+/// A black disc: centre, in mm from the top left of the board, and radius in mm.
 type Disc = [f64; 3];
 
-/// The discs of a circle grid, half a step from the board's rim.
+/// The discs of a circle grid, half a spacing from the edge of the board.
 fn discs(target: &Target) -> Vec<Disc> {
     let Some((grid, asymmetric)) = target.circles() else { return Vec::new() };
     let steps = |column: usize, row: usize| if asymmetric { 2 * column + row % 2 } else { column };
@@ -118,7 +118,7 @@ fn discs(target: &Target) -> Vec<Disc> {
         .collect()
 }
 
-/// The black squares, the one at the top left among them.
+/// The black squares; the one at the top left is black.
 fn black_squares(target: &Target) -> Vec<Black> {
     let square = target.square_mm();
     let (inner_columns, inner_rows) = target.inner_corners();
@@ -134,7 +134,7 @@ fn markers(board: &CharucoTarget) -> Result<Vec<Black>, CharucoError> {
     let params = CharucoParams {
         columns: board.columns,
         rows: board.rows,
-        marker_share: board.marker_mm / board.square_mm.x_mm,
+        marker_ratio: board.marker_mm / board.square_mm.x_mm,
         dictionary: board.dictionary.clone(),
     };
     params.check()?;
@@ -142,11 +142,11 @@ fn markers(board: &CharucoTarget) -> Result<Vec<Black>, CharucoError> {
     let mut black = Vec::new();
     for (id, (column, row)) in places.filter(|(column, row)| (column + row) % 2 == 1).enumerate() {
         let cells = params.marker_cells(id).unwrap_or_default();
-        let share = params.marker_share / cells.len() as f64;
-        let (width, height) = (share * board.square_mm.x_mm, share * board.square_mm.y_mm);
-        let rim = 0.5 * (1.0 - params.marker_share);
-        let left = (column as f64 + rim) * board.square_mm.x_mm;
-        let top = (row as f64 + rim) * board.square_mm.y_mm;
+        let cell = params.marker_ratio / cells.len() as f64;
+        let (width, height) = (cell * board.square_mm.x_mm, cell * board.square_mm.y_mm);
+        let margin = 0.5 * (1.0 - params.marker_ratio);
+        let left = (column as f64 + margin) * board.square_mm.x_mm;
+        let top = (row as f64 + margin) * board.square_mm.y_mm;
         for (y, cells) in cells.iter().enumerate() {
             let mut x = 0;
             for run in cells.chunk_by(|a, b| a == b) {
@@ -165,7 +165,7 @@ fn markers(board: &CharucoTarget) -> Result<Vec<Black>, CharucoError> {
     Ok(black)
 }
 
-/// A line with a tick every 10 mm at the foot of the page.
+/// The ruler: a line with a tick every 10 mm, in the footer.
 fn ruler(length_mm: f64, page_mm: [f64; 2]) -> Vec<Black> {
     const LINE_MM: f64 = 0.1;
     let (left, y) = ((page_mm[0] - length_mm) / 2.0, page_mm[1] - FOOTER_MM);
@@ -177,14 +177,14 @@ fn ruler(length_mm: f64, page_mm: [f64; 2]) -> Vec<Black> {
     ticks.chain([[left, y - LINE_MM / 2.0, length_mm, LINE_MM]]).collect()
 }
 
-fn footer(words: &str, ruler_mm: f64) -> [String; 2] {
+fn footer(text: &str, ruler_mm: f64) -> [String; 2] {
     let check = format!(
-        "Print at 100 %. The ruler is {ruler_mm:.0} mm long: measure it along and across, and correct square_mm if it is not."
+        "Print at 100 %. The ruler is {ruler_mm:.0} mm long: check this and the squares in both directions, and correct square_mm if they differ."
     );
-    [words.to_owned(), check]
+    [text.to_owned(), check]
 }
 
-/// One page with black rectangles and discs, and two lines of text at its foot.
+/// One page with black rectangles and discs, and two lines of text in the footer.
 fn pdf(page_mm: [f64; 2], black: &[Black], discs: &[Disc], text: &[String; 2]) -> Vec<u8> {
     let [catalogue, pages, page, font, content] = [1, 2, 3, 4, 5].map(Ref::new);
     let points = |mm: f64| mm as f32 * POINTS_PER_MM;
@@ -196,12 +196,12 @@ fn pdf(page_mm: [f64; 2], black: &[Black], discs: &[Disc], text: &[String; 2]) -
         draw_disc(&mut drawn, [points(x), points(page_mm[1] - y)], points(radius));
     }
     drawn.fill_nonzero();
-    for (line, words) in text.iter().enumerate() {
+    for (line, text) in text.iter().enumerate() {
         let below_mm = FOOTER_MM - 5.0 - 4.5 * line as f64;
         drawn.begin_text();
         drawn.set_font(Name(b"F1"), 8.0);
         drawn.next_line(points(MARGIN_MM), points(below_mm));
-        drawn.show(Str(latin(words).as_slice()));
+        drawn.show(Str(latin(text).as_slice()));
         drawn.end_text();
     }
     let mut pdf = Pdf::new();
@@ -217,7 +217,7 @@ fn pdf(page_mm: [f64; 2], black: &[Black], discs: &[Disc], text: &[String; 2]) -
     pdf.finish()
 }
 
-/// A circle of four cubic curves: off by 0.03 % of its radius at most, alike on all sides.
+/// A circle of four cubic Bézier curves, accurate to 0.03 % of the radius.
 fn draw_disc(drawn: &mut Content, [x, y]: [f32; 2], radius: f32) {
     const HANDLE: f32 = 0.552_284_8;
     let at = |[a, b]: [f32; 2]| [x + radius * a, y + radius * b];
@@ -229,9 +229,9 @@ fn draw_disc(drawn: &mut Content, [x, y]: [f32; 2], radius: f32) {
     drawn.close_path();
 }
 
-/// Text in the encoding of the built-in fonts.
-fn latin(words: &str) -> Vec<u8> {
-    words.chars().map(|c| u8::try_from(u32::from(c)).unwrap_or(b'?')).collect()
+/// Encodes text for the built-in fonts; other characters become question marks.
+fn latin(text: &str) -> Vec<u8> {
+    text.chars().map(|c| u8::try_from(u32::from(c)).unwrap_or(b'?')).collect()
 }
 
 #[cfg(test)]
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_takes_the_smallest_page_that_holds_it() {
+    fn a_board_is_placed_on_the_smallest_page_that_holds_it() {
         let page = |square_mm| target_sheet(&chessboard(9, square_mm), "").map(|sheet| sheet.page);
         assert_eq!(page(20.0), Ok("A4"));
         assert_eq!(page(30.0), Ok("A3"));
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn every_other_square_is_black_from_the_top_left_on() {
+    fn every_other_square_is_black_starting_at_the_top_left() {
         let squares = black_squares(&chessboard(9, 20.0));
         assert_eq!(squares.len(), 35);
         assert_eq!(squares[0], [0.0, 0.0, 20.0, 20.0]);
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_discs_of_an_asymmetric_grid_stand_between_each_other() {
+    fn the_rows_of_an_asymmetric_grid_are_staggered() {
         let grid = CirclesTarget { columns: 4, rows: 11, square_mm: 15.0.into(), diameter_mm: 12.0 };
         let discs = discs(&Target::AsymmetricCircles(grid));
         assert_eq!(discs.len(), 44);
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ruler_is_as_long_as_it_says() {
+    fn the_ruler_has_its_stated_length() {
         let drawn = ruler(180.0, [210.0, 297.0]);
         let (first, last) = (drawn[0], drawn[18]);
         assert!((last[0] - first[0] - 180.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! The camera's part of the report: residuals over the image, per picture, and where corners were seen.
+//! The chapter on the camera: residuals over the image and per image, coverage of the image by corners.
 
 use calibration::{CameraReport, PoseResidual};
 use maud::{Markup, html};
@@ -7,26 +7,25 @@ use optics::Camera;
 use crate::drawing::page::{figure, grid, table};
 use crate::drawing::plot::{Axis, Plot, bars};
 
-/// Width of a picture plane in SVG units.
+/// Width of plots over the image in SVG units.
 const PLANE_WIDTH: f64 = 520.0;
 
-/// Length of a typical residual in the map, as a share of the image's width.
-const TYPICAL_ARROW_SHARE: f64 = 0.018;
+/// Length of a typical residual in the map, as a fraction of the image width.
+const TYPICAL_ARROW_FRACTION: f64 = 0.018;
 
 /// Cells across the image in the coverage map.
 const COVERAGE_CELLS: usize = 16;
 
-/// Names and units of the nine parameters as a person writes them.
+/// Names and units of the nine parameters.
 const PARAMETERS: [&str; 9] = ["fx, px", "fy, px", "cx, px", "cy, px", "k1", "k2", "p1", "p2", "k3"];
 
 /// Figures and table of the camera fit.
 pub fn content(camera: &Camera, report: &CameraReport) -> Markup {
-    let per_picture: Vec<(String, f64)> =
-        report.poses.iter().map(|pose| (pose.name.clone(), pose.rms_px)).collect();
+    let per_image: Vec<(String, f64)> = report.poses.iter().map(|pose| (pose.name.clone(), pose.rms_px)).collect();
     let figures = [
         residual_map(camera, report),
         figure(
-            bars(&per_picture, "px", 4, |idx| per_picture[idx].1 > 1.5 * report.rms_px),
+            bars(&per_image, "px", 4, |idx| per_image[idx].1 > 1.5 * report.rms_px),
             "RMS reprojection error per image. An outlier (dark) means that the board was moved, blurred or bent.",
         ),
         coverage_map(camera, &report.poses),
@@ -36,7 +35,7 @@ pub fn content(camera: &Camera, report: &CameraReport) -> Markup {
 
 fn residual_map(camera: &Camera, report: &CameraReport) -> Markup {
     let width_px = camera.width_px as f64;
-    let factor = round_factor(width_px * TYPICAL_ARROW_SHARE / report.rms_px.max(1e-9));
+    let factor = round_factor(width_px * TYPICAL_ARROW_FRACTION / report.rms_px.max(1e-9));
     let mut plot = image_plot(camera);
     let arrows = report
         .poses

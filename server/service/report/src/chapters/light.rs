@@ -1,4 +1,4 @@
-//! The light sheets' part of the report: the three models side by side, residuals per order and per pose.
+//! The chapter on the light sheets: the three models side by side, residuals per order and per pose.
 
 use calibration::{CrossValidation, LaserPoint, LightReport};
 use capture::Projector;
@@ -10,13 +10,13 @@ use crate::drawing::palette::order_hex;
 use crate::drawing::plot::{Axis, Plot, bars, tenths};
 use crate::tables::{order_name, order_sums};
 
-/// Most dots per order in a residual plot.
+/// Maximum number of dots per order in a residual plot.
 const MAX_DOTS: usize = 2000;
 
 /// Bins of the running mean along the line.
 const MEAN_BINS: usize = 24;
 
-/// Fewest points in a bin whose mean is drawn.
+/// Minimum number of points in a bin whose mean is drawn.
 const MIN_PER_BIN: usize = 8;
 
 /// The three models, table and bars, with the recommendation as a sentence.
@@ -79,7 +79,7 @@ pub fn residuals(light: &LightReport, projector: &Projector) -> Markup {
     html! { (legend(&keys)) (table(&head, &rows, |_| false)) (grid(&figures)) }
 }
 
-/// Four times the RMS residual: all but the rare outlier.
+/// Four times the RMS residual, which contains all but rare outliers.
 fn extent(light: &LightReport) -> f64 {
     let sum: f64 = light.points.iter().map(|point| point.residual_px.powi(2)).sum();
     (4.0 * (sum / light.points.len().max(1) as f64).sqrt()).max(1e-3)

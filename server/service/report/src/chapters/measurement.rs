@@ -1,4 +1,4 @@
-//! A measurement in the report: value with uncertainty, the table by orders.
+//! The chapter on a measurement: value with uncertainty, table by orders.
 
 use maud::{Markup, html};
 use metrology::{Measurement, PartVerdict};

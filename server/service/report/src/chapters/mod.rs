@@ -1,4 +1,4 @@
-//! One chapter of a report each.
+//! Chapters of reports, one per module.
 
 pub mod camera;
 pub mod correlation;

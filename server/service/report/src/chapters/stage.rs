@@ -1,4 +1,4 @@
-//! The stage's part of the report: direction, scale, straightness.
+//! The chapter on the stage: direction, scale, straightness.
 
 use calibration::StageReport;
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! A turntable's part of the report: its axis, and how far the boards were from a pure turn.
+//! The chapter on a turntable: its axis, and deviations of the boards from a pure rotation.
 
 use calibration::AxisReport;
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! A cloud on paper: heights above its dominant plane, from above and from two sides.
+//! Views of a cloud: heights above its dominant plane, from above and from two sides.
 
 use image::{Rgba, RgbaImage};
 use maud::{Markup, html};
@@ -8,26 +8,26 @@ use scanning::Cloud;
 use super::page::{data_uri, figure};
 use super::plot::{Axis, Plot};
 use crate::drawing::palette::order_hex;
-use crate::drawing::picture::encode_rgba_png;
+use crate::drawing::raster::encode_rgba_png;
 use pipeline::Failure;
 
-/// Cells across the view from above.
+/// Number of cells across the top view.
 const CELLS_ACROSS: usize = 240;
 
-/// Most dots per order in a side view.
+/// Maximum number of dots per order in a side view.
 const MAX_DOTS: usize = 1800;
 
-/// Points that decide on the dominant plane.
+/// Number of points used for the dominant plane.
 const PLANE_POINTS: usize = 8000;
 
-/// Rounds of reweighting towards the dominant plane.
+/// Iterations of reweighting towards the dominant plane.
 const PLANE_ROUNDS: usize = 30;
 
-/// Residual at which a point's weight has halved in the last rounds, mm.
+/// Residual at which the weight of a point is one half in the last iterations, mm.
 const PLANE_SCALE_MM: f64 = 0.05;
 
-/// Heights shown are cut to this share of the points at either end.
-const CUT_SHARE: f64 = 0.002;
+/// Fraction of the points beyond either end of the colour scale.
+const CLIPPED_FRACTION: f64 = 0.002;
 
 /// From low to high: dark violet, blue, green, yellow.
 const HEIGHT_COLOURS: [[f64; 3]; 6] = [
@@ -40,16 +40,16 @@ const HEIGHT_COLOURS: [[f64; 3]; 6] = [
 ];
 
 /// A point of the view: across (x), along (y), height above the plane, mm.
-struct Seen {
+struct HeightPoint {
     x_mm: f64,
     y_mm: f64,
     height_mm: f64,
     order: i8,
 }
 
-/// A cloud turned into heights.
+/// The heights of a cloud.
 pub struct CloudView {
-    points: Vec<Seen>,
+    points: Vec<HeightPoint>,
     low_mm: f64,
     high_mm: f64,
 }
@@ -59,10 +59,10 @@ impl CloudView {
     pub fn new(cloud: &Cloud) -> Self {
         let [offset, by_x, by_y] = dominant_plane(cloud);
         let scale = (1.0 + by_x * by_x + by_y * by_y).sqrt();
-        let points: Vec<Seen> = cloud
+        let points: Vec<HeightPoint> = cloud
             .points
             .iter()
-            .map(|p| Seen {
+            .map(|p| HeightPoint {
                 x_mm: p.x_mm,
                 y_mm: p.y_mm,
                 height_mm: (offset + by_x * p.x_mm + by_y * p.y_mm - p.z_mm) / scale,
@@ -71,22 +71,23 @@ impl CloudView {
             .collect();
         let mut heights: Vec<f64> = points.iter().map(|point| point.height_mm).collect();
         heights.sort_by(f64::total_cmp);
-        let at = |share: f64| heights.get((share * heights.len() as f64) as usize).copied().unwrap_or(0.0);
-        Self { low_mm: at(CUT_SHARE), high_mm: at(1.0 - CUT_SHARE), points }
+        let quantile =
+            |fraction: f64| heights.get((fraction * heights.len() as f64) as usize).copied().unwrap_or(0.0);
+        Self { low_mm: quantile(CLIPPED_FRACTION), high_mm: quantile(1.0 - CLIPPED_FRACTION), points }
     }
 
-    /// The heights at the ends of the colours, mm.
+    /// The heights at the ends of the colour scale, mm.
     pub fn heights_mm(&self) -> [f64; 2] {
         [self.low_mm, self.high_mm]
     }
 
-    /// Heights as colours over x and y, as the camera sees the part; width and height of the picture, mm.
-    pub fn picture_from_above(&self) -> (RgbaImage, [f64; 2]) {
-        let (picture, [left, right], [top, bottom]) = self.raster();
-        (picture, [right - left, bottom - top])
+    /// Heights as colours over x and y, as the camera sees the part, with width and height of the image, mm.
+    pub fn top_image(&self) -> (RgbaImage, [f64; 2]) {
+        let (image, [left, right], [top, bottom]) = self.raster();
+        (image, [right - left, bottom - top])
     }
 
-    /// The picture, its ends along x and along y, mm.
+    /// The image, its limits along x and along y, mm.
     fn raster(&self) -> (RgbaImage, [f64; 2], [f64; 2]) {
         let x = bounds(self.points.iter().map(|point| point.x_mm));
         let y = bounds(self.points.iter().map(|point| point.y_mm));
@@ -100,19 +101,19 @@ impl CloudView {
             let sum = &mut sums[row * columns + column];
             *sum = (sum.0 + point.height_mm, sum.1 + 1);
         }
-        let picture = RgbaImage::from_fn(columns as u32, rows as u32, |column, row| {
+        let image = RgbaImage::from_fn(columns as u32, rows as u32, |column, row| {
             match sums[row as usize * columns + column as usize] {
                 (_, 0) => Rgba([0; 4]),
                 (sum, n) => self.colour(sum / f64::from(n)),
             }
         });
-        (picture, [x.0, x.0 + cell_mm * columns as f64], [y.0, y.0 + cell_mm * rows as f64])
+        (image, [x.0, x.0 + cell_mm * columns as f64], [y.0, y.0 + cell_mm * rows as f64])
     }
 
-    /// The same with axes, for a page.
-    pub fn seen_from_above(&self) -> Result<Markup, Failure> {
-        let (picture, [left, right], [top, bottom]) = self.raster();
-        let uri = data_uri("image/png", &encode_rgba_png(&picture)?);
+    /// The top view with axes, for a page.
+    pub fn top_view(&self) -> Result<Markup, Failure> {
+        let (image, [left, right], [top, bottom]) = self.raster();
+        let uri = data_uri("image/png", &encode_rgba_png(&image)?);
         let mut plot = Plot::new(
             Axis::new(left, right, "x, mm"),
             Axis::new(bottom, top, "y, mm"),
@@ -130,7 +131,7 @@ impl CloudView {
     }
 
     /// Height over x and height over y.
-    pub fn seen_from_the_sides(&self) -> Markup {
+    pub fn side_views(&self) -> Markup {
         let drawing = html! {
             (self.side("x, mm", |point| point.x_mm))
             (self.side("y, mm", |point| point.y_mm))
@@ -138,7 +139,7 @@ impl CloudView {
         figure(drawing, "From two sides; colours are orders. Heights are drawn on a separate scale.")
     }
 
-    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Markup {
+    fn side(&self, title: &str, place: impl Fn(&HeightPoint) -> f64) -> Markup {
         let x = Axis::around(self.points.iter().map(&place), title);
         let room = ((self.high_mm - self.low_mm) * 0.08).max(0.05);
         let y = Axis::new(self.low_mm - room, self.high_mm + room, "height, mm");
@@ -156,8 +157,8 @@ impl CloudView {
     }
 
     fn colour(&self, height_mm: f64) -> Rgba<u8> {
-        let share = ((height_mm - self.low_mm) / (self.high_mm - self.low_mm).max(1e-9)).clamp(0.0, 1.0);
-        let place = share * (HEIGHT_COLOURS.len() - 1) as f64;
+        let fraction = ((height_mm - self.low_mm) / (self.high_mm - self.low_mm).max(1e-9)).clamp(0.0, 1.0);
+        let place = fraction * (HEIGHT_COLOURS.len() - 1) as f64;
         let idx = (place as usize).min(HEIGHT_COLOURS.len() - 2);
         let mix = |channel: usize| {
             let (from, to) = (HEIGHT_COLOURS[idx][channel], HEIGHT_COLOURS[idx + 1][channel]);
@@ -173,7 +174,7 @@ fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low < high { (low, high) } else { (0.0, 1.0) }
 }
 
-/// z = offset + by_x·x + by_y·y by least squares reweighted towards the plane that most points lie on.
+/// z = offset + by_x·x + by_y·y, by iteratively reweighted least squares, towards the plane with most points.
 ///
 /// For display only; what is measured comes from `metrology`.
 fn dominant_plane(cloud: &Cloud) -> [f64; 3] {
@@ -195,7 +196,7 @@ fn dominant_plane(cloud: &Cloud) -> [f64; 3] {
             Some(inverse) => plane = inverse * right,
             None => break,
         }
-        // From coarse to fine, so that the larger face wins.
+        // From coarse to fine, so that the largest face dominates.
         scale_mm = (8.0 * 0.75f64.powi(round as i32)).max(PLANE_SCALE_MM);
     }
     plane.into()

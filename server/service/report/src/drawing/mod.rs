@@ -1,8 +1,8 @@
-//! Markup, plots and pictures, whatever they show.
+//! Markup, plots and images, independent of their content.
 
 pub mod cloud_view;
+pub mod labelled_images;
 pub mod page;
 pub mod palette;
-pub mod picture;
-pub mod pictures;
 pub mod plot;
+pub mod raster;

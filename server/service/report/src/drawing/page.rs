@@ -1,4 +1,4 @@
-//! The page around the plots: head, style, tiles, sections, tables.
+//! HTML pages: head, style, tiles, sections, tables.
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -6,7 +6,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 /// The style sheet, light and dark.
 const STYLE: &str = include_str!("style.css");
 
-/// What the page may do wherever it is opened: no script, nothing from elsewhere.
+/// Content security policy of the page: no scripts, no external resources.
 pub const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// A page under construction.
@@ -17,12 +17,12 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page with its title and one sentence of what it is about.
+    /// A page with a title and an introductory sentence.
     pub fn new(title: &str, lead: &str) -> Self {
         Self { title: title.to_owned(), lead: lead.to_owned(), parts: Vec::new() }
     }
 
-    /// A row of headline figures.
+    /// Adds a row of headline figures.
     pub fn tiles(&mut self, tiles: &[Tile]) {
         self.parts.push(html! {
             div.tiles {
@@ -33,12 +33,12 @@ impl Page {
         });
     }
 
-    /// A part of the page.
+    /// Adds a section.
     pub fn section(&mut self, title: &str, introduction: &str, content: Markup) {
         self.parts.push(html! { section { h2 { (title) } p { (introduction) } (content) } });
     }
 
-    /// The page as one HTML text.
+    /// The page as HTML.
     pub fn finish(self) -> String {
         html! {
             (DOCTYPE)
@@ -68,20 +68,20 @@ impl Page {
 pub struct Tile {
     /// The figure with its unit.
     pub value: String,
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// What it means.
+    /// Its meaning.
     pub remark: String,
 }
 
 impl Tile {
-    /// A figure, what it is, what it means.
+    /// A figure with its name and meaning.
     pub fn new(value: impl Into<String>, name: &str, remark: impl Into<String>) -> Self {
         Self { value: value.into(), name: name.to_owned(), remark: remark.into() }
     }
 }
 
-/// A plot or picture with its caption.
+/// A plot or image with a caption.
 pub fn figure(drawing: Markup, caption: &str) -> Markup {
     html! { figure { (drawing) figcaption { (caption) } } }
 }
@@ -91,12 +91,12 @@ pub fn grid(figures: &[Markup]) -> Markup {
     html! { div.grid { @for figure in figures { (figure) } } }
 }
 
-/// Many pictures, small.
+/// A gallery of small images.
 pub fn gallery(figures: &[Markup]) -> Markup {
     html! { div.grid.gallery { @for figure in figures { (figure) } } }
 }
 
-/// A clause of the core as a sentence of the page: capital first, no code quotes.
+/// A message of the core as a sentence: with a capital letter, without backquotes.
 pub fn sentence(clause: &str) -> String {
     let plain = clause.replace('`', "");
     let mut characters = plain.chars();
@@ -106,7 +106,7 @@ pub fn sentence(clause: &str) -> String {
     }
 }
 
-/// A table; the first column is text, the others are figures. `marked` rows stand out.
+/// A table; the first column is text, the others are figures. `marked` rows are highlighted.
 pub fn table(head: &[&str], rows: &[Vec<String>], marked: impl Fn(usize) -> bool) -> Markup {
     html! {
         div.scroll {
@@ -122,12 +122,12 @@ pub fn table(head: &[&str], rows: &[Vec<String>], marked: impl Fn(usize) -> bool
     }
 }
 
-/// A sentence set apart.
+/// A highlighted sentence.
 pub fn verdict(sentence: &str) -> Markup {
     html! { p.verdict { (sentence) } }
 }
 
-/// Colour keys: name and colour.
+/// A legend: names and colours.
 pub fn legend(keys: &[(String, String)]) -> Markup {
     html! {
         p.legend {
@@ -136,7 +136,7 @@ pub fn legend(keys: &[(String, String)]) -> Markup {
     }
 }
 
-/// Bytes as a data URI, so that the page needs no other file.
+/// Bytes as a data URI, so that the page is self-contained.
 pub fn data_uri(mime: &str, bytes: &[u8]) -> String {
     format!("data:{mime};base64,{}", BASE64_STANDARD.encode(bytes))
 }

@@ -1,16 +1,16 @@
-//! Small plots as SVG: axes with round ticks, dots, lines, bars, cells.
+//! Small plots as SVG: axes with round tick values, dots, lines, bars, cells.
 
 use std::fmt::Write as _;
 
 use maud::{Markup, html};
 
-/// Room for tick labels, left.
+/// Left margin, for tick labels.
 const LEFT: f64 = 52.0;
-/// Room for tick labels and the axis title, below.
+/// Bottom margin, for tick labels and the axis title.
 const BELOW: f64 = 38.0;
-/// Room above and right of the plane.
-const RIM: f64 = 12.0;
-/// About how many ticks an axis gets.
+/// Top and right margin.
+const MARGIN: f64 = 12.0;
+/// Approximate number of ticks per axis.
 const TICKS: f64 = 5.0;
 
 /// An axis: its range and its title with unit.
@@ -21,13 +21,13 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis from `low` to `high`; `low > high` turns it round (image rows grow downwards).
+    /// An axis from `low` to `high`; `low > high` reverses it, as for image rows.
     pub fn new(low: f64, high: f64, title: &str) -> Self {
         let high = if (high - low).abs() > 0.0 { high } else { low + 1.0 };
         Self { low, high, title: title.to_owned() }
     }
 
-    /// An axis that holds all values, with a little room.
+    /// An axis that contains all values, with a small margin.
     pub fn around(values: impl Iterator<Item = f64>, title: &str) -> Self {
         let (low, high) = values
             .filter(|value| value.is_finite())
@@ -39,12 +39,12 @@ impl Axis {
         Self::new(low - room, high + room, title)
     }
 
-    /// An axis centred on zero that reaches `extent` either way.
+    /// An axis from `-extent` to `extent`.
     pub fn symmetric(extent: f64, title: &str) -> Self {
         Self::new(-extent, extent, title)
     }
 
-    fn share(&self, value: f64) -> f64 {
+    fn fraction(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
 
@@ -83,7 +83,7 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// A plot whose plane has the given size in SVG units.
+    /// A plot whose plotting area has the given size in SVG units.
     pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
         Self { x, y, width, height, parts: Vec::new() }
     }
@@ -122,7 +122,7 @@ impl Plot {
         self.parts.push(html! { path.thin d=(path) style=(style) {} });
     }
 
-    /// A rectangle between two corners, with a text shown when pointed at.
+    /// A rectangle between two corners, with a tooltip.
     pub fn cell(&mut self, from: (f64, f64), to: (f64, f64), class: &str, opacity: f64, tip: &str) {
         let (x0, x1) = (self.place_x(from.0), self.place_x(to.0));
         let (y0, y1) = (self.place_y(from.1), self.place_y(to.1));
@@ -139,16 +139,16 @@ impl Plot {
         self.parts.push(html! { line.zero x1=(LEFT) x2=(LEFT + self.width) y1=(place) y2=(place) {} });
     }
 
-    /// A picture that fills the plane; `uri` is a data URI.
+    /// An image that fills the plotting area; `uri` is a data URI.
     pub fn backdrop(&mut self, uri: &str) {
         self.parts.push(html! {
-            image href=(uri) x=(LEFT) y=(RIM) width=(self.width) height=(self.height) preserveAspectRatio="none" {}
+            image href=(uri) x=(LEFT) y=(MARGIN) width=(self.width) height=(self.height) preserveAspectRatio="none" {}
         });
     }
 
     /// The drawing as an SVG element.
     pub fn svg(&self) -> Markup {
-        let (width, height) = (LEFT + self.width + RIM, RIM + self.height + BELOW);
+        let (width, height) = (LEFT + self.width + MARGIN, MARGIN + self.height + BELOW);
         html! {
             svg viewBox=(format!("0 0 {width:.0} {height:.0}")) role="img" {
                 (self.axes())
@@ -158,12 +158,12 @@ impl Plot {
     }
 
     fn axes(&self) -> Markup {
-        let (bottom, right) = (RIM + self.height, LEFT + self.width);
-        let middle = tenths(RIM + self.height / 2.0);
+        let (bottom, right) = (MARGIN + self.height, LEFT + self.width);
+        let middle = tenths(MARGIN + self.height / 2.0);
         html! {
             @for tick in self.x.ticks() {
                 @let x = tenths(self.place_x(tick));
-                line.rule x1=(x) x2=(x) y1=(RIM) y2=(tenths(bottom)) {}
+                line.rule x1=(x) x2=(x) y1=(MARGIN) y2=(tenths(bottom)) {}
                 text x=(x) y=(tenths(bottom + 14.0)) text-anchor="middle" { (tick_text(tick, &self.x)) }
             }
             @for tick in self.y.ticks() {
@@ -173,20 +173,20 @@ impl Plot {
             }
             text x=(tenths(LEFT + self.width / 2.0)) y=(tenths(bottom + 31.0)) text-anchor="middle" { (self.x.title) }
             text x="11" y=(middle) text-anchor="middle" transform={ "rotate(-90 11 " (middle) ")" } { (self.y.title) }
-            rect.axis x=(LEFT) y=(RIM) width=(tenths(self.width)) height=(tenths(self.height)) {}
+            rect.axis x=(LEFT) y=(MARGIN) width=(tenths(self.width)) height=(tenths(self.height)) {}
         }
     }
 
     fn inside(&self, x: f64, y: f64) -> bool {
-        (0.0..=1.0).contains(&self.x.share(x)) && (0.0..=1.0).contains(&self.y.share(y))
+        (0.0..=1.0).contains(&self.x.fraction(x)) && (0.0..=1.0).contains(&self.y.fraction(y))
     }
 
     fn place_x(&self, x: f64) -> f64 {
-        LEFT + self.x.share(x) * self.width
+        LEFT + self.x.fraction(x) * self.width
     }
 
     fn place_y(&self, y: f64) -> f64 {
-        RIM + (1.0 - self.y.share(y)) * self.height
+        MARGIN + (1.0 - self.y.fraction(y)) * self.height
     }
 }
 
@@ -195,7 +195,7 @@ pub fn tenths(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// As many decimals as the axis needs, a true minus sign, no negative zero.
+/// A tick value with as many decimals as needed, a real minus sign and no negative zero.
 fn tick_text(tick: f64, axis: &Axis) -> String {
     let step = round_step((axis.high - axis.low).abs() / TICKS);
     let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
@@ -203,7 +203,7 @@ fn tick_text(tick: f64, axis: &Axis) -> String {
     if tick < -step / 2.0 { format!("−{text}") } else { text }
 }
 
-/// One horizontal bar per name, with its figure at the end. `marked` bars stand out.
+/// One horizontal bar per name, with its value at the end. `marked` bars are highlighted.
 pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> Markup {
     const ROW: f64 = 19.0;
     const NAMES: f64 = 128.0;

@@ -1,4 +1,4 @@
-//! The report of an inspection as a page.
+//! The report of an inspection as HTML.
 
 use maud::{Markup, html};
 use pipeline::Failure;
@@ -8,10 +8,10 @@ use super::{COLUMNS, InspectionSheet, SIMULATED};
 use crate::drawing::cloud_view::CloudView;
 use crate::drawing::page::{Page, Tile, grid, sentence, table, verdict};
 
-/// The page; without the cloud where it was deleted.
+/// The report; without the cloud if it was deleted.
 ///
 /// # Errors
-/// A picture cannot be encoded.
+/// An image cannot be encoded.
 pub fn inspection_page(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result<String, Failure> {
     let lead = format!("Part {}, inspection {} ({}).", sheet.serial, sheet.seq, sheet.id);
     let mut page = Page::new(&format!("Inspection of {}", sheet.serial), &lead);
@@ -23,7 +23,7 @@ pub fn inspection_page(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result
     );
     if let Some(cloud) = cloud {
         let view = CloudView::new(cloud);
-        let views = [view.seen_from_above()?, view.seen_from_the_sides()];
+        let views = [view.top_view()?, view.side_views()];
         let about = format!("{} points. Heights are distances from the dominant plane.", cloud.points.len());
         page.section("Cloud", &about, grid(&views));
     }
@@ -65,7 +65,7 @@ mod tests {
     use crate::inspection::example;
 
     #[test]
-    fn the_page_states_verdict_rows_and_reasons_and_escapes_what_was_typed() {
+    fn the_page_states_verdict_rows_and_reasons_and_escapes_user_input() {
         let page = inspection_page(&example(), None).unwrap();
         for text in [
             "NOT OK",

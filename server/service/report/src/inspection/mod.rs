@@ -1,4 +1,4 @@
-//! The report of an inspection, as a page (HTML) and as a document to file (PDF): verdict, characteristics, the cloud.
+//! The report of an inspection as HTML and PDF: verdict, characteristics, the cloud.
 
 mod html;
 mod paper;
@@ -9,20 +9,20 @@ pub use pdf::inspection_pdf;
 
 use metrology::PartVerdict;
 
-/// What a report states about an inspection, apart from the cloud.
+/// Contents of the report of an inspection, except for the cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InspectionSheet {
     /// Id of the inspection.
     pub id: String,
-    /// Position among all inspections.
+    /// Sequence number of the inspection.
     pub seq: i64,
     /// Serial number of the part.
     pub serial: String,
     /// The verdict on the part.
     pub verdict: PartVerdict,
-    /// Whether the devices were simulated, or a recording.
+    /// Whether the devices were simulated or replayed.
     pub simulated: bool,
-    /// What the part, the recipe, the calibration and the time were: names and values, in this order.
+    /// Names and values to print, in this order: part, recipe, calibration, time.
     pub facts: Vec<(&'static str, String)>,
     /// The characteristics, in the order of the plan.
     pub characteristics: Vec<CharacteristicRow>,
@@ -33,7 +33,7 @@ pub struct InspectionSheet {
 pub struct CharacteristicRow {
     /// Its id in the plan.
     pub id: String,
-    /// What is measured.
+    /// The measured quantity.
     pub measure: String,
     /// `mm` or `°`.
     pub unit: String,
@@ -55,8 +55,8 @@ pub struct CharacteristicRow {
 const COLUMNS: [&str; 8] =
     ["characteristic", "measure", "nominal", "lower", "upper", "value", "U (k = 2)", "verdict"];
 
-/// What must be said of a part whose devices were not real.
-const SIMULATED: &str = "Simulated or replayed devices: this is no verdict on a real part.";
+/// Notice for inspections without real devices.
+const SIMULATED: &str = "Simulated or replayed devices: not a verdict on a real part.";
 
 impl CharacteristicRow {
     /// The cells of its row.

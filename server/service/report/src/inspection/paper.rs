@@ -1,4 +1,4 @@
-//! Pages of text, lines and one picture, in PDF.
+//! PDF pages with text, rectangles and one image.
 
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
 
@@ -10,17 +10,17 @@ pub const WIDTH_MM: f32 = 210.0;
 /// A4, mm.
 pub const HEIGHT_MM: f32 = 297.0;
 
-/// Width of a letter of Courier as a share of its size: the same for all letters.
+/// Width of a Courier character relative to the font size; the same for all characters.
 pub const COURIER_ADVANCE: f32 = 0.6;
 
-/// A font of every PDF reader.
+/// A standard PDF font, which every reader provides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Font {
     /// Text.
     Helvetica,
     /// Headings.
     HelveticaBold,
-    /// Tables: all letters have one width, so that columns of numbers align.
+    /// Tables: all characters have the same width, so that columns of numbers are aligned.
     Courier,
 }
 
@@ -40,8 +40,8 @@ impl Font {
     }
 }
 
-/// A picture: a JPEG file with its size in pixels.
-pub struct Photograph {
+/// A JPEG file with its size in pixels.
+pub struct JpegImage {
     /// The bytes of the file, RGB.
     pub jpeg: Vec<u8>,
     /// Width.
@@ -50,11 +50,11 @@ pub struct Photograph {
     pub height_px: u32,
 }
 
-/// Pages under construction; places are mm from the top left of the page.
+/// A document under construction; positions are in mm from the top left of the page.
 #[derive(Default)]
 pub struct Paper {
     pages: Vec<Content>,
-    picture: Option<Photograph>,
+    image: Option<JpegImage>,
 }
 
 impl Paper {
@@ -63,18 +63,18 @@ impl Paper {
         self.pages.push(Content::new());
     }
 
-    /// Text whose base line begins at this place, `size_pt` high, in red, green and blue from 0 to 1.
-    pub fn text(&mut self, [x_mm, y_mm]: [f32; 2], font: Font, size_pt: f32, colour: [f32; 3], words: &str) {
+    /// Adds text. The baseline begins at the given position; `colour` is red, green and blue from 0 to 1.
+    pub fn text(&mut self, [x_mm, y_mm]: [f32; 2], font: Font, size_pt: f32, colour: [f32; 3], text: &str) {
         let page = self.page();
         page.set_fill_rgb(colour[0], colour[1], colour[2]);
         page.begin_text();
         page.set_font(Name(font.key()), size_pt);
         page.next_line(points(x_mm), points(HEIGHT_MM - y_mm));
-        page.show(Str(windows_1252(words).as_slice()));
+        page.show(Str(windows_1252(text).as_slice()));
         page.end_text();
     }
 
-    /// A filled rectangle: left, top, width and height.
+    /// Adds a filled rectangle: left, top, width and height.
     pub fn rectangle(&mut self, [x, y, width, height]: [f32; 4], colour: [f32; 3]) {
         let page = self.page();
         page.set_fill_rgb(colour[0], colour[1], colour[2]);
@@ -82,21 +82,21 @@ impl Paper {
         page.fill_nonzero();
     }
 
-    /// The picture of the document: left, top, width and height.
-    pub fn picture(&mut self, [x, y, width, height]: [f32; 4], picture: Photograph) {
+    /// Adds the image of the document: left, top, width and height.
+    pub fn image(&mut self, [x, y, width, height]: [f32; 4], image: JpegImage) {
         let page = self.page();
         page.save_state();
         page.transform([points(width), 0.0, 0.0, points(height), points(x), points(HEIGHT_MM - y - height)]);
         page.x_object(Name(b"I1"));
         page.restore_state();
-        self.picture = Some(picture);
+        self.image = Some(image);
     }
 
     fn page(&mut self) -> &mut Content {
         if self.pages.is_empty() {
             self.new_page();
         }
-        self.pages.last_mut().expect("there is a page: it was added above")
+        self.pages.last_mut().expect("a page was added above")
     }
 
     /// The bytes of the file.
@@ -118,7 +118,7 @@ impl Paper {
             sheet.parent(tree).contents(*stream);
             sheet.media_box(Rect::new(0.0, 0.0, points(WIDTH_MM), points(HEIGHT_MM)));
             let mut resources = sheet.resources();
-            if self.picture.is_some() {
+            if self.image.is_some() {
                 resources.x_objects().pair(Name(b"I1"), image);
             }
             let mut used = resources.fonts();
@@ -133,7 +133,7 @@ impl Paper {
         for (font, _, base) in fonts {
             pdf.type1_font(font).base_font(Name(base)).encoding_predefined(Name(b"WinAnsiEncoding"));
         }
-        if let Some(Photograph { jpeg, width_px, height_px }) = &self.picture {
+        if let Some(JpegImage { jpeg, width_px, height_px }) = &self.image {
             let mut drawn = pdf.image_xobject(image, jpeg);
             drawn.filter(Filter::DctDecode);
             drawn.width(width_px.cast_signed()).height(height_px.cast_signed());
@@ -148,17 +148,17 @@ fn points(mm: f32) -> f32 {
     mm * POINTS_PER_MM
 }
 
-/// Text in the encoding of the fonts; letters beyond it are question marks.
-fn windows_1252(words: &str) -> Vec<u8> {
-    let byte = |letter: char| match letter {
+/// Encodes text for the fonts; other characters become question marks.
+fn windows_1252(text: &str) -> Vec<u8> {
+    let byte = |character: char| match character {
         '–' => 0x96,
         '—' => 0x97,
         '…' => 0x85,
         '€' => 0x80,
         '\u{80}'..='\u{9f}' => b'?',
-        letter => u8::try_from(u32::from(letter)).unwrap_or(b'?'),
+        character => u8::try_from(u32::from(character)).unwrap_or(b'?'),
     };
-    words.chars().map(byte).collect()
+    text.chars().map(byte).collect()
 }
 
 #[cfg(test)]
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_beyond_the_encoding_of_the_fonts_are_question_marks() {
+    fn characters_outside_the_encoding_become_question_marks() {
         assert_eq!(windows_1252("Ø 5 µm – 漢"), b"\xd8 5 \xb5m \x96 ?");
     }
 

@@ -1,33 +1,34 @@
-//! The report of an inspection as a document to file.
+//! The report of an inspection as PDF.
 
 use metrology::PartVerdict;
 use pipeline::Failure;
 use scanning::Cloud;
 
-use super::paper::{COURIER_ADVANCE, Font, HEIGHT_MM, Paper, Photograph, WIDTH_MM};
+use super::paper::{COURIER_ADVANCE, Font, HEIGHT_MM, JpegImage, Paper, WIDTH_MM};
 use super::{COLUMNS, InspectionSheet, SIMULATED};
 use crate::drawing::cloud_view::CloudView;
-use crate::drawing::picture::encode_jpeg;
+use crate::drawing::raster::encode_jpeg;
 
 const MARGIN_MM: f32 = 18.0;
 const BLACK: [f32; 3] = [0.1, 0.1, 0.12];
 const GREY: [f32; 3] = [0.4, 0.4, 0.43];
 const RULE: [f32; 3] = [0.82, 0.82, 0.84];
 
-/// Size of the letters in the table, points, and distance of its rows, mm.
+/// Font size of the table, points.
 const TABLE_PT: f32 = 7.5;
+/// Row height of the table, mm.
 const ROW_MM: f32 = 4.6;
 
-/// Letters of each column of the table: what is longer is cut.
-const LETTERS: [usize; 8] = [17, 19, 10, 10, 10, 10, 11, 9];
+/// Width of each column of the table in characters; longer cells are truncated.
+const COLUMN_CHARS: [usize; 8] = [17, 19, 10, 10, 10, 10, 11, 9];
 
-/// Height of the picture of the cloud at most, mm.
-const PICTURE_MM: f32 = 90.0;
+/// Maximum height of the image of the cloud, mm.
+const MAX_IMAGE_HEIGHT_MM: f32 = 90.0;
 
-/// The document; without the cloud where it was deleted.
+/// The report; without the cloud if it was deleted.
 ///
 /// # Errors
-/// A picture cannot be encoded.
+/// An image cannot be encoded.
 pub fn inspection_pdf(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result<Vec<u8>, Failure> {
     let mut writer = Writer { paper: Paper::default(), y_mm: HEIGHT_MM };
     writer.new_page();
@@ -43,7 +44,7 @@ pub fn inspection_pdf(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result<
 
 struct Writer {
     paper: Paper,
-    /// The base line of the next line of text, from the top of the page.
+    /// Baseline of the next line of text, from the top of the page.
     y_mm: f32,
 }
 
@@ -55,16 +56,16 @@ impl Writer {
         self.paper.text(footer, Font::Helvetica, 7.0, GREY, concat!("sheaf ", env!("CARGO_PKG_VERSION")));
     }
 
-    /// Begins a page unless there is room for so many millimetres.
-    fn room(&mut self, height_mm: f32) {
+    /// Begins a new page unless `height_mm` is left on this one.
+    fn ensure_room(&mut self, height_mm: f32) {
         if self.y_mm + height_mm > HEIGHT_MM - MARGIN_MM {
             self.new_page();
         }
     }
 
-    fn line(&mut self, font: Font, size_pt: f32, colour: [f32; 3], step_mm: f32, words: &str) {
-        self.room(step_mm);
-        self.paper.text([MARGIN_MM, self.y_mm], font, size_pt, colour, words);
+    fn line(&mut self, font: Font, size_pt: f32, colour: [f32; 3], step_mm: f32, text: &str) {
+        self.ensure_room(step_mm);
+        self.paper.text([MARGIN_MM, self.y_mm], font, size_pt, colour, text);
         self.y_mm += step_mm;
     }
 
@@ -89,7 +90,7 @@ impl Writer {
     fn facts(&mut self, sheet: &InspectionSheet) {
         for (name, value) in &sheet.facts {
             self.paper.text([MARGIN_MM, self.y_mm], Font::Helvetica, 9.0, GREY, name);
-            self.room(5.0);
+            self.ensure_room(5.0);
             self.paper.text([MARGIN_MM + 32.0, self.y_mm], Font::Helvetica, 9.0, BLACK, value);
             self.y_mm += 5.0;
         }
@@ -105,18 +106,18 @@ impl Writer {
         self.y_mm += 3.0;
     }
 
-    /// A row of the table with a rule below: text left, numbers right.
+    /// A row of the table with a rule below: text left-aligned, numbers right-aligned.
     fn row(&mut self, cells: &[String; 8], colour: [f32; 3]) {
-        self.room(ROW_MM);
-        let letter_mm = TABLE_PT * COURIER_ADVANCE * 25.4 / 72.0;
+        self.ensure_room(ROW_MM);
+        let char_mm = TABLE_PT * COURIER_ADVANCE * 25.4 / 72.0;
         let mut left = 0;
-        for (idx, (cell, letters)) in cells.iter().zip(LETTERS).enumerate() {
-            let cut: String = cell.chars().take(letters).collect();
+        for (idx, (cell, width)) in cells.iter().zip(COLUMN_CHARS).enumerate() {
+            let text: String = cell.chars().take(width).collect();
             let is_number = (2..7).contains(&idx);
-            let indent = if is_number { letters - cut.chars().count() } else { 0 };
-            let x_mm = MARGIN_MM + (left + indent) as f32 * letter_mm;
-            self.paper.text([x_mm, self.y_mm], Font::Courier, TABLE_PT, colour, &cut);
-            left += letters + 1;
+            let indent = if is_number { width - text.chars().count() } else { 0 };
+            let x_mm = MARGIN_MM + (left + indent) as f32 * char_mm;
+            self.paper.text([x_mm, self.y_mm], Font::Courier, TABLE_PT, colour, &text);
+            left += width + 1;
         }
         let rule = [MARGIN_MM, self.y_mm + 1.3, WIDTH_MM - 2.0 * MARGIN_MM, 0.15];
         self.paper.rectangle(rule, RULE);
@@ -135,17 +136,17 @@ impl Writer {
 
     fn cloud(&mut self, cloud: &Cloud) -> Result<(), Failure> {
         let view = CloudView::new(cloud);
-        let (picture, [width_mm, height_mm]) = view.picture_from_above();
-        let scale = ((WIDTH_MM - 2.0 * MARGIN_MM) / width_mm as f32).min(PICTURE_MM / height_mm as f32);
+        let (image, [width_mm, height_mm]) = view.top_image();
+        let scale = ((WIDTH_MM - 2.0 * MARGIN_MM) / width_mm as f32).min(MAX_IMAGE_HEIGHT_MM / height_mm as f32);
         let (width, height) = (width_mm as f32 * scale, height_mm as f32 * scale);
-        self.room(height + 8.0);
-        let paper = image::RgbImage::from_fn(picture.width(), picture.height(), |x, y| {
-            let [red, green, blue, opacity] = picture.get_pixel(x, y).0;
+        self.ensure_room(height + 8.0);
+        let paper = image::RgbImage::from_fn(image.width(), image.height(), |x, y| {
+            let [red, green, blue, opacity] = image.get_pixel(x, y).0;
             image::Rgb(if opacity == 0 { [255; 3] } else { [red, green, blue] })
         });
         let (width_px, height_px) = paper.dimensions();
         let jpeg = encode_jpeg(&paper)?;
-        self.paper.picture([MARGIN_MM, self.y_mm, width, height], Photograph { jpeg, width_px, height_px });
+        self.paper.image([MARGIN_MM, self.y_mm, width, height], JpegImage { jpeg, width_px, height_px });
         self.y_mm += height + 4.0;
         let [low, high] = view.heights_mm();
         let caption = format!(
@@ -156,7 +157,7 @@ impl Writer {
     }
 }
 
-/// The colour of a verdict on paper; the word is always there as well.
+/// The colour of a verdict in print; its label is always printed as well.
 fn colour(verdict: PartVerdict) -> [f32; 3] {
     match verdict {
         PartVerdict::Ok => [0.05, 0.45, 0.25],
@@ -166,12 +167,12 @@ fn colour(verdict: PartVerdict) -> [f32; 3] {
     }
 }
 
-/// The text in lines of at most so many letters, broken between words.
-fn lines(text: &str, letters: usize) -> Vec<String> {
+/// Wraps text into lines of at most `max_chars` characters, between words.
+fn lines(text: &str, max_chars: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let last = lines.last_mut().expect("there is a first line");
-        if !last.is_empty() && last.chars().count() + 1 + word.chars().count() > letters {
+        if !last.is_empty() && last.chars().count() + 1 + word.chars().count() > max_chars {
             lines.push(word.to_owned());
         } else {
             if !last.is_empty() {
@@ -200,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_table_goes_on_on_the_next_page() {
+    fn a_long_table_continues_on_the_next_page() {
         let mut sheet = example();
         sheet.characteristics = vec![sheet.characteristics[0].clone(); 120];
         let bytes = inspection_pdf(&sheet, None).unwrap();
@@ -210,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_broken_between_words() {
+    fn text_is_wrapped_between_words() {
         assert_eq!(lines("one two  three", 7), ["one two", "three"]);
         assert_eq!(lines("", 7), [""]);
     }

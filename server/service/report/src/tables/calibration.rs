@@ -1,4 +1,4 @@
-//! What a calibration found, in a page of text.
+//! The results of a calibration as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::order_name;
 
-/// The figures a person looks at first.
+/// The results as text.
 pub fn calibration_text(result: &CalibrationResult, id: &str) -> String {
     let mut text = String::new();
     camera_text(&mut text, result);
@@ -66,8 +66,8 @@ fn light_text(text: &mut String, light: &LightReport) {
         rejected.off_board, rejected.square_edge, rejected.unlabelled, rejected.outlier
     );
     let _ = writeln!(text, "  {}", light.termination.sentence());
-    if let Some([value, sigma, sheet]) = light.wavelength_over_period {
-        let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (nominal {sheet:.6})");
+    if let Some([value, sigma, nominal]) = light.wavelength_over_period {
+        let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (nominal {nominal:.6})");
     }
     let _ = writeln!(
         text,
@@ -93,7 +93,7 @@ fn models_text(text: &mut String, models: &CrossValidation) {
     let _ = writeln!(
         text,
         "  {:<9}{:>14}{:>14}{:>16}{:>12}",
-        "", "held-out px", "held-out µm", "of it bias µm", "fit px"
+        "", "held-out px", "held-out µm", "thereof bias µm", "fit px"
     );
     for score in &models.scores {
         let mark = if score.model == models.recommended { "← recommended" } else { "" };
@@ -167,7 +167,7 @@ pub struct OrderSum {
     pub n_outliers: usize,
 }
 
-/// Residuals per order, in the orders' own sequence.
+/// Residuals per order, sorted by order.
 pub fn order_sums(light: &LightReport) -> Vec<OrderSum> {
     let mut orders: Vec<i8> = light.residuals.iter().map(|residual| residual.order).collect();
     orders.sort_unstable();
@@ -192,7 +192,7 @@ pub fn order_sums(light: &LightReport) -> Vec<OrderSum> {
         .collect()
 }
 
-/// The same figures for a machine.
+/// The results as JSON.
 pub fn calibration_json(result: &CalibrationResult, id: &str) -> Value {
     let camera = &result.report.camera;
     let values = result.calibration.camera.parameters();
@@ -204,12 +204,12 @@ pub fn calibration_json(result: &CalibrationResult, id: &str) -> Value {
     let poses: Vec<Value> = camera
         .poses
         .iter()
-        .map(|pose| json!({ "picture": pose.name, "rms_px": pose.rms_px, "n_corners": pose.n_corners }))
+        .map(|pose| json!({ "image": pose.name, "rms_px": pose.rms_px, "n_corners": pose.n_corners }))
         .collect();
     json!({
         "calibration_id": id,
         "camera": { "rms_px": camera.rms_px, "corner_sigma_px": camera.corner_sigma_px,
-            "k3_reason": camera.k3_reason, "parameters": parameters, "pictures": poses },
+            "k3_reason": camera.k3_reason, "parameters": parameters, "images": poses },
         "light": result.report.light.as_ref().map(light_json),
         "models": result.report.cross_validation.as_ref().map(models_json),
         "stage": result.report.stage.as_ref().map(stage_json),
@@ -223,7 +223,7 @@ fn light_json(light: &LightReport) -> Value {
         .residuals
         .iter()
         .map(|r| {
-            json!({ "picture": r.pose, "order": r.order, "n_points": r.n_points, "mean_px": r.mean_px,
+            json!({ "image": r.pose, "order": r.order, "n_points": r.n_points, "mean_px": r.mean_px,
                 "rms_px": r.rms_px, "normalised_rms": r.normalised_rms, "n_outliers": r.n_outliers })
         })
         .collect();
@@ -235,8 +235,8 @@ fn light_json(light: &LightReport) -> Value {
         "termination": light.termination.name(),
         "rejected": { "off_board": rejected.off_board, "square_edge": rejected.square_edge,
             "unlabelled": rejected.unlabelled, "outlier": rejected.outlier },
-        "wavelength_over_period": light.wavelength_over_period.map(|[value, sigma, sheet]| {
-            json!({ "value": value, "sigma": sigma, "data_sheet": sheet })
+        "wavelength_over_period": light.wavelength_over_period.map(|[value, sigma, nominal]| {
+            json!({ "value": value, "sigma": sigma, "nominal": nominal })
         }),
         "residuals": residuals,
     })

@@ -1,20 +1,20 @@
-//! A comparison with a nominal surface as text and as JSON.
+//! A comparison with a CAD model as text and as JSON.
 
 use std::fmt::Write as _;
 
 use metrology::Comparison;
 use serde_json::{Value, json};
 
-/// Deviations by area, the worst places, the verdict.
+/// Deviations by area, the largest deviations, the verdict.
 pub fn comparison_text(comparison: &Comparison) -> String {
     let statistics = &comparison.statistics;
-    let share = 100.0 * statistics.covered_mm2 / statistics.area_mm2;
+    let covered_percent = 100.0 * statistics.covered_mm2 / statistics.area_mm2;
     let [low, high] = statistics.range_mm;
     let [p025, p500, p975] = statistics.percentiles_mm;
     let mut text = format!(
-        "deviation   mean {:+.4}, RMS {:.4}, std {:.4} mm; single points {low:+.4} to {high:+.4} mm\n\
-         by area     2.5 % below {p025:+.4}, half below {p500:+.4}, 97.5 % below {p975:+.4} mm\n\
-         covered     {:.0} of {:.0} mm² ({share:.1} %), {} points, {} beyond reach\n",
+        "deviation   mean {:+.4}, RMS {:.4}, std {:.4} mm; points from {low:+.4} to {high:+.4} mm\n\
+         percentiles 2.5 %: {p025:+.4}, 50 %: {p500:+.4}, 97.5 %: {p975:+.4} mm (by area)\n\
+         covered     {:.0} of {:.0} mm² ({covered_percent:.1} %), {} points, {} too far away (--reach-mm)\n",
         statistics.mean_mm,
         statistics.rms_mm,
         statistics.std_mm,
@@ -29,7 +29,7 @@ pub fn comparison_text(comparison: &Comparison) -> String {
     if let (Some(tolerance_mm), Some(verdict)) = (comparison.tolerance_mm, comparison.verdict) {
         let _ = writeln!(
             text,
-            "tolerance   ±{tolerance_mm:.4} mm: {:.1} mm² out of it, {:.1} mm² by more than U   {} (ISO 14253-1)",
+            "tolerance   ±{tolerance_mm:.4} mm: {:.1} mm² out of tolerance, {:.1} mm² by more than U   {} (ISO 14253-1)",
             statistics.out_of_tolerance_mm2.unwrap_or(0.0),
             statistics.surely_out_of_tolerance_mm2.unwrap_or(0.0),
             verdict.label()
@@ -49,7 +49,7 @@ pub fn comparison_text(comparison: &Comparison) -> String {
     text
 }
 
-/// The same for a machine, without the deviations of single points.
+/// The comparison as JSON, without the deviations of single points.
 pub fn comparison_json(comparison: &Comparison) -> Value {
     let statistics = &comparison.statistics;
     let pose = &comparison.datum_from_part;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::order_name;
 
-/// Value, uncertainty, verdict, and the table by orders in the paper's form.
+/// Value, uncertainty, verdict, and the table by orders as in the paper.
 pub fn measurement_text(measurement: &Measurement) -> String {
     let unit = measurement.unit.symbol();
     let mut text = format!(
@@ -19,7 +19,7 @@ pub fn measurement_text(measurement: &Measurement) -> String {
     );
     let systematic = match measurement.u_systematic {
         Some(u) => format!("{u:.5} common to all points"),
-        None => "the part common to all points is unknown".to_owned(),
+        None => "unknown part common to all points".to_owned(),
     };
     let _ = writeln!(text, "  u           {:.5} from noise, {systematic}, {unit}", measurement.u_noise);
     if let (Some(nominal), Some(error)) = (measurement.nominal, measurement.error) {
@@ -33,10 +33,10 @@ pub fn measurement_text(measurement: &Measurement) -> String {
         );
     }
     for missing in &measurement.missing {
-        let _ = writeln!(text, "  U lacks     {missing}");
+        let _ = writeln!(text, "  missing     {missing} (in U)");
     }
     for finding in &measurement.findings {
-        let _ = writeln!(text, "  doubt       {finding}");
+        let _ = writeln!(text, "  finding     {finding}");
     }
     if let Some([about_x, about_y]) = measurement.tilts_deg {
         let _ = writeln!(text, "  tilts       {about_x:+.5}° about x, {about_y:+.5}° about y");
@@ -81,7 +81,7 @@ fn orders_text(text: &mut String, measurement: &Measurement) {
     line("all", &measurement.errors, Some(measurement.value), None);
 }
 
-/// The same for a machine.
+/// The measurement as JSON.
 pub fn measurement_json(measurement: &Measurement) -> Value {
     let features: Vec<Value> = measurement
         .features

@@ -1,4 +1,4 @@
-//! Results as tables for a person and as JSON for a machine.
+//! Results as text tables and as JSON.
 
 mod calibration;
 mod comparison;
@@ -12,7 +12,7 @@ pub use measurement::{measurement_json, measurement_text};
 pub use plan::{plan_json, plan_text};
 pub use scan::{closure_gaps, losses, median_sigma_mm, scan_json, scan_text};
 
-/// An order as a person writes it: 0, +1, −1.
+/// An order with its sign: 0, +1, −1.
 pub fn order_name(order: i8) -> String {
     match order {
         0 => "0".to_owned(),

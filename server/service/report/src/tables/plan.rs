@@ -1,4 +1,4 @@
-//! A measured plan as text and as JSON.
+//! The results of a measurement plan as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::measurement::{finding_json, shape_json};
 
-/// A line for every characteristic, what speaks against it below, and the verdict on the part.
+/// A line per characteristic with failure and notes below it, and the verdict on the part.
 pub fn plan_text(result: &PlanResult) -> String {
     let mut text = format!(
         "{:<20}{:<17}{:>11}{:>11}{:>9}{:>9}{:>10}{:>10}  verdict\n",
@@ -51,7 +51,7 @@ fn characteristic_text(text: &mut String, characteristic: &CharacteristicResult)
     }
 }
 
-/// The same for a machine. Geometry is in the datum frame, in the part frame without an alignment.
+/// The results as JSON. Geometry is in the datum frame, or in the part frame without an alignment.
 pub fn plan_json(result: &PlanResult) -> Value {
     json!({
         "verdict": result.verdict.name(),

@@ -1,4 +1,4 @@
-//! What a scan gave, as text and as JSON.
+//! The results of a scan as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ pub fn scan_text(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Strin
     let losses: Vec<String> =
         losses(report).into_iter().map(|(why, points, _)| format!("{points} {why}")).collect();
     let _ =
-        writeln!(text, "  left out: {}", if losses.is_empty() { "none".to_owned() } else { losses.join(", ") });
+        writeln!(text, "  rejected: {}", if losses.is_empty() { "none".to_owned() } else { losses.join(", ") });
     let _ = writeln!(text, "  labels: {}", report.envelope);
     text.push_str(&closure_text(report));
     if report.self_consistency.is_empty() {
@@ -38,7 +38,7 @@ pub fn scan_text(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Strin
     text
 }
 
-/// The same for a machine.
+/// The results as JSON.
 pub fn scan_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value {
     let left_out: Vec<Value> = losses(report)
         .into_iter()
@@ -71,7 +71,7 @@ pub fn scan_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value
     })
 }
 
-/// How well a turn closes; empty where none does.
+/// Closure after a full turn; empty without one.
 fn closure_text(report: &ScanReport) -> String {
     let mut text = String::new();
     for (name, gap) in closure_gaps(report) {
@@ -87,10 +87,10 @@ fn closure_text(report: &ScanReport) -> String {
     text
 }
 
-/// What was seen again after a turn, and by which line.
+/// Closure gaps after a full turn, by the line that saw the surface again.
 pub fn closure_gaps(report: &ScanReport) -> Vec<(&'static str, ClosureGap)> {
     let Some(closure) = report.closure else { return Vec::new() };
-    let gaps = [("by the same line", closure.same_line), ("by another line", closure.other_lines)];
+    let gaps = [("same line", closure.same_line), ("other line", closure.other_lines)];
     gaps.into_iter().filter_map(|(name, gap)| Some((name, gap?))).collect()
 }
 
@@ -98,7 +98,7 @@ fn gap_json(gap: &ClosureGap) -> Value {
     json!({ "n_pairs": gap.n_pairs, "bias_mm": gap.bias_mm, "rms_mm": gap.rms_mm, "n_outliers": gap.n_outliers })
 }
 
-/// Reason, points and pieces of what was left out.
+/// Rejections: reason, number of points, number of whole pieces.
 pub fn losses(report: &ScanReport) -> Vec<(&'static str, usize, usize)> {
     DropReason::ALL
         .into_iter()
