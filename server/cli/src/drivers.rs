@@ -1,4 +1,4 @@
-//! The table of drivers: all device kinds, and which driver provides them.
+//! The table of drivers: which driver provides devices of which kind.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 use v4l2::{V4l2Driver, V4l2Settings};
 
-/// `[station]`: which driver makes which device, and the settings of every driver.
+/// `[station]`: the driver of each device, and the settings of all drivers.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct StationSettings {
     /// `[station.camera]`.
@@ -43,7 +43,7 @@ pub struct StationSettings {
     pub v4l2: V4l2Settings,
 }
 
-/// Who makes a device.
+/// Driver of a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
     /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber, conveyor (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
@@ -56,32 +56,32 @@ impl Default for DeviceSettings {
     }
 }
 
-/// Why devices do not make a station.
+/// Why devices cannot form a station.
 #[derive(Debug, PartialEq)]
 pub enum NoStation {
-    /// No driver of that kind makes such a device.
+    /// No driver of this kind provides such a device.
     NoSuchKind {
-        /// Which device.
+        /// The device.
         device: &'static str,
-        /// The kinds that there are for it.
+        /// The available kinds.
         known: Vec<&'static str>,
     },
-    /// A driver is chosen and has nothing to open.
+    /// A setting that the chosen driver requires is missing.
     Missing {
-        /// The device it is to make.
+        /// The device.
         device: &'static str,
-        /// Its kind.
+        /// Kind of the driver.
         kind: &'static str,
-        /// What is to be set.
+        /// The missing setting.
         setting: MissingSetting,
-        /// Values of that setting that were found at this computer.
+        /// Values for it found on this computer.
         found: Vec<String>,
     },
-    /// Two devices of different drivers, of which one is nothing without the other.
+    /// Two devices of different drivers, one of which works only with the other of its own driver.
     Apart {
-        /// The kind that must make both.
+        /// The kind that both must have.
         kind: &'static str,
-        /// The device that another one is to make.
+        /// The device with another kind.
         device: &'static str,
     },
 }
@@ -94,7 +94,7 @@ impl NoStation {
     }
 }
 
-/// The table, one row for each kind; the simulated world is also needed alone.
+/// The drivers, one per kind; the twin driver is also returned separately.
 fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>) {
     let twin = Arc::new(TwinDriver::new(settings.twin.clone()));
     let rows: Vec<Arc<dyn Driver>> = vec![
@@ -111,16 +111,16 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
     (twin, rows)
 }
 
-/// The devices at this computer that each kind of driver finds; nothing is opened.
+/// The devices on this computer found by each driver; none is opened.
 pub fn found() -> Vec<(&'static str, DeviceSet, Vec<Found>)> {
     let (_, rows) = drivers(&StationSettings::default());
     rows.iter().map(|row| (row.kind(), row.makes(), row.discover())).collect()
 }
 
-/// The devices that the settings choose; nothing is opened.
+/// The drivers of the configured devices; none is opened.
 ///
 /// # Errors
-/// [`NoStation`] if a kind does not exist, has nothing to open, or does not go with the others.
+/// [`NoStation`] if a kind does not exist, lacks a required setting, or cannot be combined with the others.
 pub fn station_devices(settings: &StationSettings) -> Result<StationDevices, NoStation> {
     let (twin, rows) = drivers(settings);
     let none = DeviceSet::default();
@@ -147,9 +147,9 @@ fn chosen(
     needed: DeviceSet,
     kind: &str,
 ) -> Result<Arc<dyn Driver>, NoStation> {
-    let makers = || rows.iter().filter(|row| row.makes().and(needed) == needed);
-    let Some(driver) = makers().find(|row| row.kind() == kind) else {
-        return Err(NoStation::NoSuchKind { device, known: makers().map(|row| row.kind()).collect() });
+    let providers = || rows.iter().filter(|row| row.makes().and(needed) == needed);
+    let Some(driver) = providers().find(|row| row.kind() == kind) else {
+        return Err(NoStation::NoSuchKind { device, known: providers().map(|row| row.kind()).collect() });
     };
     match driver.missing() {
         None => Ok(driver.clone()),
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn every_combination_is_taken_but_those_that_lack_their_other_half() {
+    fn every_combination_is_accepted_except_separated_pairs() {
         for camera in ["twin", "replay", "genicam", "v4l2"] {
             for stage in ["twin", "replay", "grbl", "zaber", "marlin", "conveyor"] {
                 for laser in ["twin", "replay", "grbl", "marlin", "none", "genicam"] {
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_that_makes_no_such_device_is_refused_with_those_that_do() {
+    fn a_kind_without_such_a_device_is_refused_with_the_available_kinds() {
         let refused = station_devices(&settings("grbl", "grbl", "grbl")).unwrap_err();
         let known = vec!["twin", "replay", "genicam", "v4l2"];
         assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known });

@@ -23,15 +23,15 @@ use answer::progress::Stderr;
 use arguments::{Cli, JsonTo};
 use pipeline::{Failure, FailureKind};
 
-/// What the program `sheaf` does.
+/// Runs the program `sheaf`.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
-    let reporter = Stderr::new(cli.voice.quiet);
-    let json_on_stdout = cli.voice.json == Some(JsonTo::Stdout);
-    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| match &cli.voice.json {
+    let reporter = Stderr::new(cli.output.quiet);
+    let json_on_stdout = cli.output.json == Some(JsonTo::Stdout);
+    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| match &cli.output.json {
         Some(JsonTo::File(path)) => answer.write_json(path).map(|()| answer),
         _ => Ok(answer),
     });
@@ -51,7 +51,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Help and version go to stdout with exit code 0; a wrong command line to stderr with 2.
+/// Help and version go to stdout with exit code 0; usage errors to stderr with exit code 2.
 fn usage(error: &clap::Error) -> ExitCode {
     if error.use_stderr() && std::env::args().any(|argument| argument == "--json") {
         let what = error.to_string();

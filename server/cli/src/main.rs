@@ -1,4 +1,4 @@
-//! The program `sheaf`: all of it is the library `cli` beside this file, so that its documentation is checked like any other's.
+//! The program `sheaf`. Everything is in the library `cli`, so that its documentation is checked like that of the other crates.
 
 use std::process::ExitCode;
 

@@ -9,11 +9,11 @@ use tokio::net::TcpListener;
 
 use crate::config::Config;
 
-/// Longest time from the signal to the end of the process, whatever hangs: then it ends hard, and the drivers' leases
-/// turn the laser off.
+/// Longest time from the signal to the end of the process. If something hangs longer, the process is aborted, and the
+/// laser leases of the drivers expire.
 pub const SHUTDOWN_LIMIT: Duration = Duration::from_secs(10);
 
-/// Everything but the port.
+/// Assembles the service, except for the listening socket.
 ///
 /// # Errors
 /// If the data directory or a door cannot be used, or a thread cannot be started.
@@ -25,7 +25,7 @@ pub async fn assemble(config: Config) -> Result<Http, Failure> {
     Http::start(App::start(config.app, doors).await?, config.http)
 }
 
-/// Serves until `ended`, then ends in the order that leaves the laser off: the station first.
+/// Serves until `ended`, then shuts down in a safe order: the station, with its laser, first.
 pub async fn run(http: Http, listener: TcpListener, ended: impl Future<Output = ()>) {
     let app = http.app.clone();
     let edge = http.serve(listener);

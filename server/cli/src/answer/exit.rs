@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Done; with a tolerance: pass.
+    /// Done; with a tolerance: OK.
     Done = 0,
     /// An internal error, or a failure of the machine.
     Internal = 1,
@@ -15,11 +15,11 @@ pub enum Exit {
     Usage = 2,
     /// A file is missing, damaged, malformed or of the wrong size.
     BadInput = 3,
-    /// The data are not sufficient for a result.
+    /// The data are insufficient for a result.
     Unobservable = 4,
-    /// Measured; verdict: fail.
+    /// Measured; verdict NOT OK or INVALID.
     VerdictFail = 5,
-    /// Measured; verdict: undecided.
+    /// Measured; verdict UNDECIDED.
     VerdictUndecided = 6,
     /// Done, but parts of the recording are missing or unreadable.
     Lossy = 7,
@@ -42,7 +42,7 @@ fn name(kind: FailureKind) -> &'static str {
         FailureKind::Internal | FailureKind::Cancelled => "internal",
         FailureKind::BadParameter => "usage",
         FailureKind::BadInput => "bad_input",
-        FailureKind::Unobservable => "data_cannot_carry_result",
+        FailureKind::Unobservable => "insufficient_data",
     }
 }
 
@@ -64,8 +64,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failure_for_a_machine_has_its_exit_code() {
-        let failure = Failure::bad_input("cannot read the picture").remedy("take it again");
+    fn a_failure_as_json_contains_its_exit_code() {
+        let failure = Failure::bad_input("cannot read the image").remedy("capture it again");
         assert_eq!(failure_json(&failure)["problem"]["exit_code"], 3);
         assert_eq!(failure_json(&failure)["problem"]["kind"], "bad_input");
     }

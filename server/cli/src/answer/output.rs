@@ -20,7 +20,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         .map_err(|error| Failure::unwritable(path, &error))
 }
 
-/// One file name per image, named after it; where stems collide the parent folder's name goes in front.
+/// One file name per image, from its stem; where stems collide, the name of the parent folder is prefixed.
 pub fn file_names_after(images: &[PathBuf], extension: &str) -> Vec<String> {
     let stems: Vec<String> = images.iter().map(|image| part(image.file_stem())).collect();
     let with_parents: Vec<String> = images

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar with time left on a terminal, a line now and then elsewhere, nothing when quiet.
+//! Progress on stderr: a bar with remaining time on a terminal, periodic lines elsewhere, nothing with `--quiet`.
 
 use parking_lot::Mutex;
 use std::io::IsTerminal as _;
@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pipeline::{Reporter, Task};
 
-/// Shortest time between two progress lines where no bar can be drawn: enough for a log to show life.
+/// Minimum time between two progress lines where no bar can be drawn.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Ticks of a bar that counts fractions.
+/// Steps of a bar that shows a fraction.
 const FRACTION_TICKS: u64 = 1000;
 
-/// What this process's stderr can show.
+/// Reporter on stderr.
 #[derive(Debug, Clone, Copy)]
 pub struct Stderr {
     quiet: bool,
@@ -55,14 +55,15 @@ impl Reporter for Stderr {
         eprintln!("warning: {text}");
     }
 
-    /// The process is ended instead.
+    /// Never: on the command line, cancelling ends the process.
     fn is_cancelled(&self) -> bool {
         false
     }
 
     fn count(&self, title: &str, unit: &str, total: usize) -> Box<dyn Task> {
-        let template =
-            format!("{{msg:28}} {{bar:32.cyan/blue}} {{pos:>4}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
+        let template = format!(
+            "{{msg:28}} {{bar:32.cyan/blue}} {{pos:>4}}/{{len}} {unit}, {{elapsed}} elapsed, {{eta}} left"
+        );
         self.task(title, unit, total as u64, &template)
     }
 
@@ -71,16 +72,16 @@ impl Reporter for Stderr {
             title,
             "",
             FRACTION_TICKS,
-            "{msg:28!} {bar:32.cyan/blue} {percent:>3} %, {elapsed} gone, {eta} left",
+            "{msg:28!} {bar:32.cyan/blue} {percent:>3} %, {elapsed} elapsed, {eta} left",
         )
     }
 }
 
-/// A bar, or a line now and then. The bar goes away when it is dropped.
+/// A bar or periodic lines. The bar is cleared when this is dropped.
 #[derive(Debug)]
 pub struct StderrTask {
     bar: ProgressBar,
-    /// When the last line was written; `None` where no lines are wanted.
+    /// When the last line was written; `None` if no lines are written.
     lines: Option<Mutex<Instant>>,
     unit: String,
 }

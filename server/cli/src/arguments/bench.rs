@@ -27,7 +27,7 @@ pub enum BenchSubject {
     /// `calibrateCamera`, and as in `sheaf calibrate`.
     Camera(BenchBoardsArgs),
     /// A synthetic scan of any size, from peaks on disk to a cloud on disk: peak memory per point, and the write rate of a PLY
-    /// file compared with the disk.
+    /// file compared with that of the disk.
     Cloud(BenchCloudArgs),
     /// The whole service: a continuous scan over a recording in memory, with viewers. Reports frames per second, losses,
     /// latency of profiles and peaks, and the load of each thread.

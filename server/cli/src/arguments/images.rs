@@ -40,7 +40,7 @@ pub struct TargetArgs {
     /// charuco: OpenCV name of the marker dictionary.
     #[arg(long, default_value = "DICT_5X5_100")]
     pub dictionary: String,
-    /// Page size; default: the smallest of A4 to A0 that fits the board.
+    /// Output file. The page is the smallest of A4 to A0 that holds the board.
     #[arg(short, long, value_name = "TARGET.pdf")]
     pub output: PathBuf,
 }
@@ -76,7 +76,7 @@ impl From<LineDirectionArg> for vision::LineDirection {
     }
 }
 
-/// Line direction on the command line, where it may be either.
+/// Line direction on the command line, for images that may contain both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum DirectionArg {
     /// Lines run along rows: one crossing per column and line.
@@ -106,10 +106,10 @@ impl FromStr for RoiArg {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        const WANTED: &str = "write U,V,WIDTH,HEIGHT in whole pixels, such as 100,0,640,480";
+        const EXPECTED: &str = "write U,V,WIDTH,HEIGHT in whole pixels, such as 100,0,640,480";
         let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-        let numbers: [usize; 4] = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(WANTED)?;
-        if numbers[2] == 0 || numbers[3] == 0 { Err(WANTED) } else { Ok(Self(numbers)) }
+        let numbers: [usize; 4] = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(EXPECTED)?;
+        if numbers[2] == 0 || numbers[3] == 0 { Err(EXPECTED) } else { Ok(Self(numbers)) }
     }
 }
 
@@ -145,14 +145,14 @@ pub struct CentrelinesArgs {
     #[arg(required_unless_present = "pairs", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// Folder for a CSV and an image with the lines drawn on it (NAME-lines.png), per input image.
-    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["csv", "picture"])]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["csv", "overlay"])]
     pub output: Option<PathBuf>,
     /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
     /// Folder for one image with the lines drawn on it, per input image.
-    #[arg(long, value_name = "DIR")]
-    pub picture: Option<PathBuf>,
+    #[arg(long, alias = "picture", value_name = "DIR")]
+    pub overlay: Option<PathBuf>,
     /// Direction of the lines.
     #[arg(long, alias = "line-direction", value_enum, default_value_t)]
     pub direction: DirectionArg,
@@ -196,8 +196,8 @@ pub struct CornersArgs {
     #[arg(long)]
     pub rows: usize,
     /// charuco: ratio of marker size to square size.
-    #[arg(long, default_value_t = 0.7)]
-    pub marker_share: f64,
+    #[arg(long, alias = "marker-share", value_name = "RATIO", default_value_t = 0.7)]
+    pub marker_ratio: f64,
     /// charuco: OpenCV name of the marker dictionary.
     #[arg(long, default_value = "DICT_5X5_100")]
     pub dictionary: String,

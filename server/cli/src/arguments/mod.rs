@@ -36,14 +36,16 @@ Exit codes:
   1  internal error
   2  wrong usage of the command line
   3  bad input: a file is missing, damaged, malformed or of the wrong size
-  4  the data cannot carry the result: the quantity that stays undetermined is named
-  5  measured: NOT OK, or INVALID: something to be judged could not be measured
+  4  insufficient data: the message names the quantity that cannot be determined
+  5  measured: NOT OK, or INVALID (a characteristic with limits could not be measured);
+     doctor: a check failed
   6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
      is incomplete, or the model does not fit)
-  7  done, but the recording lacks something that was exposed, or parts of its file cannot be read
+  7  done, but the recording is incomplete: frames were lost, or parts of its file are
+     missing or unreadable
 
-Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
-the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
+Results go to stdout, progress and messages to stderr. With --json, stdout receives exactly one JSON
+value: the result, or {\"problem\": …} with kind, exit_code, what, file, entry, causes and remedy.";
 
 /// Multi-line laser scanning: from a folder of images to a calibrated scanner and measured parts.
 #[derive(Debug, Parser)]
@@ -51,7 +53,7 @@ the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
 pub struct Cli {
     /// Output options.
     #[command(flatten)]
-    pub voice: Voice,
+    pub output: OutputOptions,
     /// The command.
     #[command(subcommand)]
     pub command: Command,
@@ -59,7 +61,7 @@ pub struct Cli {
 
 /// Output options.
 #[derive(Debug, Clone, Args)]
-pub struct Voice {
+pub struct OutputOptions {
     /// Print the result as one JSON value on stdout, or write it to FILE.
     #[arg(long, global = true, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<JsonTo>,
@@ -135,8 +137,8 @@ pub enum Command {
     /// Render a small station, calibrate it with all three models, scan two parts, and compare with the truth.
     #[command(after_help = EXIT_CODES)]
     Demo(DemoArgs),
-    /// Run the service: REST under /api/v1, live stream, API documentation at /docs; prints its URL once it listens. SHEAF_LOG
-    /// sets the log level.
+    /// Run the service: REST under /api/v1, live stream, API documentation at /docs. Prints its URL once it is listening;
+    /// SHEAF_LOG sets the log level.
     #[command(after_help = EXIT_CODES)]
     Serve(ServeArgs),
     /// Print the effective configuration and the origin of each value.

@@ -1,4 +1,4 @@
-//! Arguments of `sheaf scan` and `sheaf measure`.
+//! Arguments of `sheaf scan`, `measure`, `inspect` and `compare`.
 
 use std::path::PathBuf;
 
@@ -35,11 +35,11 @@ pub enum ToolArg {
     Sphere,
     /// Radius of a cylinder.
     Cylinder,
-    /// Height of a face over the one that surrounds it; below zero for a pocket.
+    /// Height of a face above the surrounding face; negative for a pocket.
     Step,
     /// Distance between two parallel faces or two spheres.
     Distance,
-    /// Angle between the two largest planes, degrees.
+    /// Angle between the two largest planes, in degrees.
     Angle,
     /// Flatness of the dominant plane.
     Flatness,
@@ -67,10 +67,10 @@ pub struct MeasureArgs {
     /// What to measure.
     #[arg(long, value_enum, required_unless_present = "plan")]
     pub tool: Option<ToolArg>,
-    /// Measure all characteristics of this plan instead; the verdict is the part's.
+    /// Measure all characteristics of this plan instead; the verdict is that of the part.
     #[arg(long, value_name = "PLAN.json", conflicts_with_all = ["tool", "nominal_mm", "tolerance_mm", "region_mm", "seed"])]
     pub plan: Option<PathBuf>,
-    /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
+    /// Nominal value in mm, for an angle in degrees; negative for a pocket.
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub nominal_mm: Option<f64>,
     /// Symmetric tolerance around the nominal value; required for a verdict according to ISO 14253-1.
@@ -108,16 +108,16 @@ pub struct InspectArgs {
 pub struct CompareArgs {
     /// Point cloud written by `sheaf scan`.
     pub cloud: PathBuf,
-    /// The surface the part should have: .stl, .glb or .ply, mm (GLB: metres).
+    /// CAD model of the part: .stl or .ply in mm, or .glb in metres.
     pub part: PathBuf,
-    /// Align by the datums of this plan; the part is drawn in their frame.
+    /// Align by the datums of this plan; the CAD model must be in the datum frame.
     #[arg(long, value_name = "PLAN.json")]
     pub plan: Option<PathBuf>,
-    /// Bring all points to the surface, from the datums if there is a plan, else from the start pose.
+    /// Align by a best fit of all points to the surface, starting from the datums if a plan is given, otherwise from --start.
     #[arg(long, required_unless_present = "plan")]
     pub best_fit: bool,
-    /// Where the part's origin lies in the scan, x, y, z in mm, and how it is turned, as turns about x, y, z in degrees, one
-    /// after the other.
+    /// Initial pose of the CAD model in the scan: position of its origin in mm, then rotations about the fixed axes x, y and z,
+    /// in this order, in degrees; default: all zero.
     #[arg(
         long,
         value_name = "X,Y,Z,RX,RY,RZ",
@@ -127,23 +127,23 @@ pub struct CompareArgs {
         conflicts_with = "plan"
     )]
     pub start: Option<Vec<f64>>,
-    /// Largest permitted deviation to either side; asks for a verdict by ISO 14253-1.
+    /// Symmetric tolerance of the deviations; required for a verdict according to ISO 14253-1.
     #[arg(long, value_name = "MM")]
     pub tolerance_mm: Option<f64>,
-    /// Points further from the surface do not belong to it; by default 2 % of the part's diagonal.
+    /// Maximum distance of points that are compared with the surface; default: 2 % of the diagonal of the part.
     #[arg(long, value_name = "MM")]
     pub reach_mm: Option<f64>,
-    /// How far a best fit may start from the surface; by default 6 % of the part's diagonal.
+    /// Capture range of the best fit: maximum initial distance from the surface; default: 6 % of the diagonal of the part.
     #[arg(long, value_name = "MM")]
     pub capture_mm: Option<f64>,
-    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
     pub region_mm: Option<Vec<f64>>,
-    /// Calibration document; by default the one that the cloud carries.
+    /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: Option<PathBuf>,
-    /// Also write every point with its deviation and standard uncertainty: CSV with x_mm,y_mm,z_mm (part frame),
-    /// deviation_mm,u_mm.
+    /// Also write a CSV with the deviation and standard uncertainty of every point: x_mm,y_mm,z_mm,deviation_mm,u_mm (part
+    /// frame).
     #[arg(long, value_name = "MAP.csv")]
     pub map: Option<PathBuf>,
 }

@@ -18,9 +18,9 @@ pub struct OpenapiArgs {
 /// Format of the register map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum RegisterFormat {
-    /// Tables to read.
+    /// Markdown tables, for people.
     Markdown,
-    /// A table for PLC tools.
+    /// One CSV table, for import into PLC software.
     Csv,
 }
 
@@ -47,8 +47,8 @@ pub struct DoctorArgs {
     /// Frames per second; default: the current camera setting.
     #[arg(long, value_name = "HZ")]
     pub frame_rate_hz: Option<f64>,
-    /// Share of full laser power, above 0 to 1.
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = power)]
+    /// Laser power as a fraction of full power, above 0 to 1.
+    #[arg(long, value_name = "FRACTION", default_value_t = 1.0, value_parser = power)]
     pub power: f64,
     /// Configuration; the board under `[target]` is used to check the scale of the stage.
     #[command(flatten)]
@@ -56,8 +56,8 @@ pub struct DoctorArgs {
 }
 
 fn power(text: &str) -> Result<f64, &'static str> {
-    let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 1.0);
-    share.ok_or("write a share of full power above 0 and up to 1")
+    let fraction = text.parse().ok().filter(|fraction: &f64| *fraction > 0.0 && *fraction <= 1.0);
+    fraction.ok_or("give a fraction of full power above 0 and up to 1")
 }
 
 /// Configuration options of the command line; they override environment (SHEAF_…) and file.

@@ -110,8 +110,8 @@ pub struct StationArgs {
     /// Wavelength of the laser.
     #[arg(long, value_name = "NM")]
     pub wavelength_nm: Option<f64>,
-    /// Grooves per millimetre.
-    #[arg(long)]
+    /// Groove density of the grating.
+    #[arg(long, value_name = "PER_MM")]
     pub grating_lines_per_mm: Option<f64>,
     /// Visible diffraction orders, separated by commas.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
@@ -143,7 +143,7 @@ pub struct StationArgs {
     /// Distance from the standoff at which lines are √2 times wider; default: the same width everywhere.
     #[arg(long, value_name = "MM")]
     pub focus_depth_mm: Option<f64>,
-    /// Standard deviation of the speckle over its mean, 0–1.
+    /// Speckle contrast: standard deviation divided by mean, 0 to 1.
     #[arg(long)]
     pub speckle_contrast: Option<f64>,
     /// Full width at half maximum of the speckle correlation.

@@ -10,7 +10,7 @@ use crate::arguments::AxisArgs;
 use crate::commands::Answer;
 use pipeline::{Failure, FailureKind, Reporter, calibrate_axis, open_capture, read_document};
 
-/// Finds the axis and writes the calibration with it.
+/// Estimates the axis and writes the calibration with it.
 pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let document = read_document(&args.calibration)?;
     let capture = open_capture(&args.capture, reporter)?;
@@ -22,24 +22,24 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
         LineDirection::Columns => [0.0, -1.0, 0.0],
         LineDirection::Rows => [1.0, 0.0, 0.0],
     };
-    let usual = ([0.0, 0.0, 0.5 * (depths.near_mm + depths.far_mm)], along);
-    let usual = known.map_or(usual, |axis| (axis.point_mm.into(), axis.direction.into()));
-    let near = vector(args.near_mm.as_deref(), usual.0, "--near-mm")?;
-    let along = vector(args.along.as_deref(), usual.1, "--along")?;
+    let default = ([0.0, 0.0, 0.5 * (depths.near_mm + depths.far_mm)], along);
+    let default = known.map_or(default, |axis| (axis.point_mm.into(), axis.direction.into()));
+    let near = vector(args.near_mm.as_deref(), default.0, "--near-mm")?;
+    let along = vector(args.along.as_deref(), default.1, "--along")?;
     if along.norm() == 0.0 {
         return Err(Failure::new(FailureKind::BadParameter, "--along has no direction")
             .remedy("give a vector along the axis, such as 0,-1,0"));
     }
     let start = RotaryAxis::new(near, along);
-    let (found, made) = calibrate_axis(&capture, &document, &args.scan, &start, reporter)
+    let (found, calibrated) = calibrate_axis(&capture, &document, &args.scan, &start, reporter)
         .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
-    write_file(&args.output, made.to_json().as_bytes())?;
+    write_file(&args.output, calibrated.to_json().as_bytes())?;
     let sigmas: Vec<f64> = (0..4).map(|idx| found.covariance[(idx, idx)].sqrt()).collect();
     let (point, direction) = (found.axis.point_mm, found.axis.direction);
     let text = format!(
         "axis through ({:.3}; {:.3}; {:.3}) mm along ({:.5}; {:.5}; {:.5})\n\
-         σ across it {:.4} and {:.4} mm, of its direction {:.4} and {:.4}°\n\
-         {} places were seen twice, {:.1} µm apart (RMS), {:.2} times what noise explains\n\
+         σ of the position {:.4} and {:.4} mm across, of the direction {:.4} and {:.4}°\n\
+         {} surface points seen twice, RMS distance {:.1} µm: {:.2} times the expected noise\n\
          calibration {} → {}\n",
         point.x,
         point.y,
@@ -54,11 +54,11 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
         found.n_pairs,
         1e3 * found.rms_mm,
         found.noise_ratio,
-        made.calibration.id,
+        calibrated.calibration.id,
         args.output.display()
     );
     let json = json!({
-        "calibration_id": made.calibration.id,
+        "calibration_id": calibrated.calibration.id,
         "point_mm": [point.x, point.y, point.z],
         "direction": [direction.x, direction.y, direction.z],
         "shift_sigma_mm": [sigmas[2], sigmas[3]],
@@ -72,9 +72,9 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
 }
 
 /// Three numbers, or the default.
-fn vector(given: Option<&[f64]>, usual: [f64; 3], flag: &str) -> Result<Vector3<f64>, Failure> {
+fn vector(given: Option<&[f64]>, default: [f64; 3], flag: &str) -> Result<Vector3<f64>, Failure> {
     match given {
-        None => Ok(usual.into()),
+        None => Ok(default.into()),
         Some([x, y, z]) if [x, y, z].iter().all(|value| value.is_finite()) => Ok(Vector3::new(*x, *y, *z)),
         Some(_) => Err(Failure::new(FailureKind::BadParameter, format!("{flag} needs three numbers"))
             .remedy("give x, y and z of the camera frame, separated by commas")),

@@ -1,4 +1,4 @@
-//! `sheaf calibrate`: a capture folder to a calibration document, a table and a report.
+//! `sheaf calibrate`: computes a calibration document, tables and a report from a capture folder.
 
 use calibration::{CalibrationOptions, LightModelChoice};
 use serde_json::json;

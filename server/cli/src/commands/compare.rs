@@ -1,4 +1,4 @@
-//! `sheaf compare`: a cloud against the surface its part should have.
+//! `sheaf compare`: compares a cloud with the CAD model of its part.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
     let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
     if calibration.is_none() {
         reporter.warn(
-            "the cloud carries no calibration: the uncertainty is incomplete and decides nothing; name one with --calibration",
+            "the cloud contains no calibration: the uncertainty is incomplete and no verdict is possible; give one with --calibration",
         );
     }
     let request = CompareRequest {
@@ -60,7 +60,7 @@ fn alignment(args: &CompareArgs) -> Result<AlignTo, Failure> {
     })
 }
 
-/// Where the part's origin lies in the scan, and how it is turned; the two frames are one if nothing is said.
+/// Initial pose of the CAD model in the scan, from `--start`; identity by default.
 fn start(numbers: Option<&[f64]>) -> Rigid<DatumFrame, PartFrame> {
     let at = |idx: usize| numbers.map_or(0.0, |numbers| numbers[idx]);
     let turn = Rotation3::from_euler_angles(at(3).to_radians(), at(4).to_radians(), at(5).to_radians());

@@ -1,4 +1,4 @@
-//! `sheaf inspect`: a cloud judged by a recipe's file, as the service judges the scan of an inspection.
+//! `sheaf inspect`: evaluates a cloud by a recipe file, as the service evaluates the scan of an inspection.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::arguments::InspectArgs;
 use crate::commands::Answer;
 use crate::commands::measure::{calibration_of, exit_of_part};
 
-/// Judges; the exit code is that of the part's verdict.
+/// Evaluates; the exit code is that of the part's verdict.
 pub fn run(args: &InspectArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let file = read_recipe(&args.recipe)?;
     let cloud = read_cloud(&args.cloud)?;
@@ -48,7 +48,7 @@ fn failure_of(error: RecipeFileError) -> Failure {
     match error {
         RecipeFileError::Json { cause } => Failure::bad_input("the recipe cannot be read")
             .because(&cause)
-            .remedy("export it again from a station: GET /api/v1/recipes/{id}/versions/{version}/file"),
+            .remedy("export it from the station again: GET /api/v1/recipes/{id}/versions/{version}/file"),
         RecipeFileError::Recipe(AppError { detail, pointer, remedy, .. }) => {
             let failure = Failure::bad_input(detail).at_entry(pointer.unwrap_or_default());
             match remedy {

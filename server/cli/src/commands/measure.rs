@@ -1,4 +1,4 @@
-//! `sheaf measure`: one measurement on a cloud, or all of a plan, with uncertainty and, with limits, the verdict.
+//! `sheaf measure`: one measurement on a cloud, or all characteristics of a plan, with uncertainty and, given limits, a verdict.
 
 use crate::answer::exit::Exit;
 use std::path::Path;
@@ -48,7 +48,7 @@ fn request(args: &MeasureArgs) -> MeasureRequest {
     }
 }
 
-/// The box between two corners, six numbers.
+/// The box between two corners: x, y, z of one, then of the other.
 pub fn region_between(corners_mm: &[f64]) -> Region {
     let corner = |first: usize| [corners_mm[first], corners_mm[first + 1], corners_mm[first + 2]];
     Region::between(corner(0), corner(3))
@@ -88,7 +88,7 @@ pub fn exit_of_part(verdict: PartVerdict) -> Exit {
     }
 }
 
-/// The calibration the cloud was made with: as named, else as carried by the cloud.
+/// The calibration of the cloud: the document at `named`, otherwise the one stored in the cloud.
 pub fn calibration_of(cloud: &Cloud, named: Option<&Path>) -> Result<Option<Calibration>, Failure> {
     match named {
         Some(path) => Ok(Some(read_document(path)?.calibration())),

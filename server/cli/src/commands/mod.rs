@@ -31,9 +31,9 @@ use pipeline::Reporter;
 pub struct Answer {
     /// As text; empty if everything was streamed already.
     pub text: String,
-    /// For a machine.
+    /// As JSON.
     pub json: Value,
-    /// Exit code; other than `Done` for verdicts, and where some of many images gave no result.
+    /// Exit code; not `Done` for some verdicts, and if some of several images failed.
     pub exit: Exit,
 }
 
@@ -59,10 +59,9 @@ impl Answer {
     }
 }
 
-/// The answer about many images, some of which may have failed: those that did not are reported all the same.
+/// The output for several images of which some may have failed; the others are reported all the same.
 ///
-/// `entries`: one for each image, in order; failures have their own ([`failed_entry`]). The exit code is that of the first
-/// failure.
+/// `entries`: one per image, in order; for failed images from [`failed_entry`]. The exit code is that of the first failure.
 pub fn with_failures(text: String, mut json: Value, entries: Vec<Value>, failures: &[Failure]) -> Answer {
     for failure in failures {
         eprintln!("{failure}");
@@ -78,7 +77,7 @@ pub fn with_failures(text: String, mut json: Value, entries: Vec<Value>, failure
     Answer { text, json, exit: first.map_or(Exit::Done, |first| first.kind().into()) }
 }
 
-/// An image that gave no result, among those that did.
+/// The JSON entry of an image that failed.
 pub fn failed_entry(image: &Path, failure: &Failure) -> Value {
     let mut entry = failure_json(failure);
     entry["image"] = serde_json::json!(image);

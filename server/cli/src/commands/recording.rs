@@ -1,4 +1,4 @@
-//! Arguments of `sheaf recording`.
+//! `sheaf recording`: shows, exports and repairs recordings.
 
 use std::fmt::Write as _;
 
@@ -12,10 +12,10 @@ use crate::arguments::{
 };
 use crate::commands::Answer;
 
-/// Gaps that are listed as text; JSON has all of them.
+/// Maximum number of gaps listed in the text; JSON lists all of them.
 const GAPS_SHOWN: usize = 10;
 
-/// Does what is asked.
+/// Runs a subcommand.
 pub fn run(args: &RecordingArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     match &args.action {
         RecordingAction::Info(args) => info(args),
@@ -68,20 +68,20 @@ fn info_text(file: &RecordingFile) -> String {
     for topic in &summary.topics {
         line("messages", format!("{:>8} {}", topic.n_messages, topic.topic));
     }
-    line("file", format!("{} bytes, {}", file.size_bytes, wholeness(file)));
+    line("file", format!("{} bytes, {}", file.size_bytes, completeness(file)));
     for damage in &file.damaged_parts {
         line("damage", format!("{} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason));
     }
-    let end = file.end.as_ref().map_or_else(|| "broken off".to_owned(), |end| end.reason.clone());
+    let end = file.end.as_ref().map_or_else(|| "interrupted".to_owned(), |end| end.reason.clone());
     line("ended", end);
     line("lossy", if file.is_lossy() { "yes" } else { "no" }.to_owned());
     text
 }
 
-fn wholeness(file: &RecordingFile) -> &'static str {
+fn completeness(file: &RecordingFile) -> &'static str {
     match file.is_complete {
-        true => "whole",
-        false => "without an index: sheaf recording repair adds one",
+        true => "complete",
+        false => "without an index (sheaf recording repair adds one)",
     }
 }
 
@@ -131,8 +131,8 @@ fn info_json(file: &RecordingFile) -> Value {
         "gaps": gaps,
         "topics": topics,
         "size_bytes": file.size_bytes,
-        "is_whole": file.is_complete,
-        "damages": damaged_parts,
+        "is_complete": file.is_complete,
+        "damaged_parts": damaged_parts,
         "ended": file.end.as_ref().map(|end| end.reason.clone()),
         "lossy": file.is_lossy(),
     })
@@ -140,13 +140,13 @@ fn info_json(file: &RecordingFile) -> Value {
 
 fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     if args.output.exists() {
-        return Err(Failure::new(FailureKind::BadParameter, format!("{} exists already", args.output.display()))
+        return Err(Failure::new(FailureKind::BadParameter, format!("{} already exists", args.output.display()))
             .remedy("give a folder that does not exist yet"));
     }
     let file = RecordingFile::open(&args.recording).map_err(failed)?;
     let task = reporter.fraction("exporting");
     let report_progress = |row: usize, n_rows: usize| {
-        task.at(&format!("picture {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
+        task.at(&format!("image {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
     };
     let exported = recording::export(&file, &args.output, report_progress).map_err(failed)?;
     let is_lossy = exported.n_rows_missing > 0 || exported.n_without_position > 0 || file.is_lossy();
@@ -162,7 +162,7 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
         let _ = writeln!(text, "calibration → {}", path.display());
     }
     if is_lossy {
-        let _ = writeln!(text, "the recording is lossy: sheaf recording info says where");
+        let _ = writeln!(text, "the recording is incomplete: `sheaf recording info` lists what is missing");
     }
     let json = json!({
         "output": args.output,
@@ -180,10 +180,10 @@ fn repair(args: &RecordingRepairArgs) -> Result<Answer, Failure> {
     let repaired = recording::repair(&args.recording, &args.output).map_err(failed)?;
     let mut text = format!("{} messages → {}\n", repaired.n_messages, args.output.display());
     if repaired.was_complete {
-        let _ = writeln!(text, "the file had its index already");
+        let _ = writeln!(text, "the file already had an index");
     }
     for damage in &repaired.damaged_parts {
-        let _ = writeln!(text, "left out: {} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason);
+        let _ = writeln!(text, "skipped: {} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason);
     }
     let damaged_parts: Vec<Value> = repaired
         .damaged_parts
@@ -193,8 +193,8 @@ fn repair(args: &RecordingRepairArgs) -> Result<Answer, Failure> {
     let json = json!({
         "output": args.output,
         "n_messages": repaired.n_messages,
-        "was_whole": repaired.was_complete,
-        "damages": damaged_parts,
+        "was_complete": repaired.was_complete,
+        "damaged_parts": damaged_parts,
         "lossy": repaired.is_lossy(),
     });
     Ok(Answer { text, json, exit: ended(repaired.is_lossy()) })

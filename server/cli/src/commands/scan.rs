@@ -1,7 +1,7 @@
-//! `sheaf scan`: the frames of a scan to a cloud, a mesh and a report.
+//! `sheaf scan`: computes a cloud, a mesh and a report from the frames of a scan.
 //!
-//! Frames go through a file beside the cloud, and points to the cloud as they are computed: a scan need not fit into
-//! memory, unless something is asked for that needs all points together.
+//! Peaks are kept in a temporary file beside the cloud, and points are written as they are computed, so that a scan need
+//! not fit into memory unless an output needs all points at once (E57, mesh, report).
 
 use std::path::Path;
 
@@ -26,8 +26,8 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let mesh_format = args.mesh.as_deref().map(MeshFormat::from_path).transpose()?;
     let document = read_document(&args.calibration)?;
     let capture = open_capture(&args.capture, reporter)?;
-    let place = folder_beside(&args.output)?;
-    let peaks = place.path().join("peaks");
+    let folder = folder_beside(&args.output)?;
+    let peaks = folder.path().join("peaks");
     write_capture_peaks(&capture, &document, &args.scan, &peaks, reporter)?;
     let (frames, calibration) = (PeaksFile::open(&peaks)?, document.calibration());
     let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
@@ -65,7 +65,7 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     Ok(Answer::done(text, json))
 }
 
-/// A folder on the disk of `path` that is removed when dropped.
+/// A temporary folder in the folder of `path`, removed when dropped.
 fn folder_beside(path: &Path) -> Result<tempfile::TempDir, Failure> {
     let home = path.parent().filter(|home| !home.as_os_str().is_empty()).unwrap_or(Path::new("."));
     tempfile::Builder::new()

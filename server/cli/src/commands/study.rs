@@ -6,7 +6,7 @@ use crate::study::{paper, study_json, study_page, study_text};
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 
-/// Fewest seeds whose root mean square says something about a ratio.
+/// Minimum number of seeds.
 const MIN_SEEDS: u64 = 2;
 
 /// Runs a study.

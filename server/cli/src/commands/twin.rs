@@ -1,4 +1,4 @@
-//! `sheaf twin`: the simulated station as a source of capture folders with known truth.
+//! `sheaf twin`: renders capture folders with ground truth on the simulated station.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,10 +12,10 @@ use crate::commands::Answer;
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind, failure_of};
 
-/// Travel between the frames of a scan at a field of ±100 mm.
+/// Travel between the frames of a scan for a field of ±100 mm.
 const STEP_MM: f64 = 0.8;
 
-/// Angle of a scan on a turntable: a turn, and what shows how well it closes.
+/// Angle of a scan on a turntable: a full turn and an overlap that shows its closure.
 const TURN_DEG: f64 = 375.0;
 
 /// Dispatches.
@@ -55,7 +55,7 @@ fn scan(model: &StationModel, part: SceneKind, n_frames: usize) -> ScanRequest {
     ScanRequest { name: part.name().to_owned(), part, n_frames, step }
 }
 
-/// Renders a capture folder with progress; the number of images.
+/// Renders a capture folder with progress; returns the number of images.
 pub fn record(
     model: &StationModel,
     request: &CaptureRequest,
@@ -73,33 +73,33 @@ pub fn record(
     Ok(n_images)
 }
 
-/// The station of a seed.
+/// The station model for a seed.
 pub fn seeded(seed: u64, shape: &StationShape) -> Result<StationModel, Failure> {
     StationModel::seeded(seed, shape).map_err(|error| failure_of(FailureKind::BadParameter, &error))
 }
 
 fn shape_from(args: &StationArgs) -> StationShape {
-    let usual = StationShape::default();
+    let default = StationShape::default();
     StationShape {
-        width_px: args.width_px.unwrap_or(usual.width_px),
-        height_px: args.height_px.unwrap_or(usual.height_px),
-        bits: args.bits.unwrap_or(usual.bits),
-        wavelength_nm: args.wavelength_nm.unwrap_or(usual.wavelength_nm),
-        lines_per_mm: args.grating_lines_per_mm.unwrap_or(usual.lines_per_mm),
-        orders: args.orders.clone().unwrap_or(usual.orders),
-        stage: if args.rotary { StageKind::Rotary } else { usual.stage },
-        line_direction: args.line_direction.map_or(usual.line_direction, Into::into),
-        standoff_mm: args.standoff_mm.unwrap_or(usual.standoff_mm),
-        field_half_width_mm: args.field_half_width_mm.unwrap_or(usual.field_half_width_mm),
-        grating_tilt_rad: args.grating_tilt_deg.map_or(usual.grating_tilt_rad, f64::to_radians),
+        width_px: args.width_px.unwrap_or(default.width_px),
+        height_px: args.height_px.unwrap_or(default.height_px),
+        bits: args.bits.unwrap_or(default.bits),
+        wavelength_nm: args.wavelength_nm.unwrap_or(default.wavelength_nm),
+        lines_per_mm: args.grating_lines_per_mm.unwrap_or(default.lines_per_mm),
+        orders: args.orders.clone().unwrap_or(default.orders),
+        stage: if args.rotary { StageKind::Rotary } else { default.stage },
+        line_direction: args.line_direction.map_or(default.line_direction, Into::into),
+        standoff_mm: args.standoff_mm.unwrap_or(default.standoff_mm),
+        field_half_width_mm: args.field_half_width_mm.unwrap_or(default.field_half_width_mm),
+        grating_tilt_rad: args.grating_tilt_deg.map_or(default.grating_tilt_rad, f64::to_radians),
         wavelength_over_period_error: args
             .wavelength_over_period_error
-            .unwrap_or(usual.wavelength_over_period_error),
-        line_sigma_px: args.line_sigma_px.unwrap_or(usual.line_sigma_px),
-        line_peak: args.line_peak.unwrap_or(usual.line_peak),
-        focus_depth_mm: args.focus_depth_mm.unwrap_or(usual.focus_depth_mm),
-        speckle_contrast: args.speckle_contrast.unwrap_or(usual.speckle_contrast),
-        speckle_grain_px: args.speckle_grain_px.unwrap_or(usual.speckle_grain_px),
-        ambient_levels: args.ambient_levels.unwrap_or(usual.ambient_levels),
+            .unwrap_or(default.wavelength_over_period_error),
+        line_sigma_px: args.line_sigma_px.unwrap_or(default.line_sigma_px),
+        line_peak: args.line_peak.unwrap_or(default.line_peak),
+        focus_depth_mm: args.focus_depth_mm.unwrap_or(default.focus_depth_mm),
+        speckle_contrast: args.speckle_contrast.unwrap_or(default.speckle_contrast),
+        speckle_grain_px: args.speckle_grain_px.unwrap_or(default.speckle_grain_px),
+        ambient_levels: args.ambient_levels.unwrap_or(default.ambient_levels),
     }
 }

@@ -16,7 +16,7 @@ pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read the configuration file {}", path.display())]
     Unreadable {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// Why.
         #[source]
@@ -25,11 +25,11 @@ pub enum ConfigError {
     /// The file is not TOML.
     #[error("{}, line {line}: {what}", path.display())]
     NotToml {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Which line.
+        /// Line, from 1.
         line: usize,
-        /// What the parser says.
+        /// Message of the parser.
         what: String,
     },
     /// No setting of that name.
@@ -49,47 +49,47 @@ pub enum ConfigError {
         key: String,
         /// The value.
         found: String,
-        /// Where.
+        /// Its origin.
         origin: Origin,
         /// The allowed values.
         expected: String,
     },
-    /// A value that a board of this kind cannot have, or that it lacks.
+    /// A value that is invalid or missing for this kind of board.
     #[error("{key} cannot be {found} ({origin}): target.kind is {kind}")]
     BadTarget {
         /// The key.
         key: String,
         /// The value.
         found: String,
-        /// Where.
+        /// Its origin.
         origin: Origin,
         /// Kind of the board.
         kind: &'static str,
-        /// Why, with what is possible.
+        /// The reason, with the allowed values.
         why: Box<TargetError>,
     },
-    /// An entry of a list of tables that cannot be read.
+    /// An invalid entry of a list of tables.
     #[error("[[{key}]] number {number} ({origin}): {why}")]
     BadEntry {
         /// The list.
         key: String,
         /// Position in it, from 1.
         number: usize,
-        /// Where the list is.
+        /// Origin of the list.
         origin: Origin,
-        /// What is wrong.
+        /// The reason.
         why: String,
     },
-    /// A door that cannot be opened.
+    /// An invalid setting of a door.
     #[error("[[{key}]] number {number} ({origin}): {bad}")]
     BadDoor {
-        /// The list that it is in.
+        /// The list.
         key: &'static str,
-        /// Its position in the list, from 1.
+        /// Position in it, from 1.
         number: usize,
-        /// Where the list is.
+        /// Origin of the list.
         origin: Origin,
-        /// What is wrong with it.
+        /// The reason.
         bad: BadSetting,
     },
     /// `--set` without `=`.
@@ -98,49 +98,49 @@ pub enum ConfigError {
         /// The value.
         text: String,
     },
-    /// A driver without what it needs.
+    /// A setting that the chosen driver requires is missing.
     #[error("{key} is {kind} ({origin}), and station.{kind}.{name} is empty")]
     Missing {
-        /// The key that chose it.
+        /// The key that chose the driver.
         key: String,
-        /// The driver's kind.
+        /// Kind of the driver.
         kind: &'static str,
         /// Its origin.
         origin: Origin,
-        /// The setting that it needs.
+        /// The missing setting.
         name: &'static str,
-        /// What that is.
+        /// Its meaning.
         expected: String,
     },
-    /// A device that another driver must make.
+    /// A device from another driver than the one it must be combined with.
     #[error("{key} is {found} ({origin}), but the {kind} devices belong together")]
     Apart {
         /// The device's key.
         key: String,
-        /// Who is to make it.
+        /// The chosen kind.
         found: String,
         /// Its origin.
         origin: Origin,
-        /// Who must make both.
+        /// The kind that both must have.
         kind: &'static str,
     },
-    /// The key that was split in three.
-    #[error("the setting \"station.kind\" no longer exists ({origin}), each device has its own kind")]
+    /// `station.kind`, which is not a setting: each device has its own kind.
+    #[error("the setting \"station.kind\" does not exist ({origin}): each device has its own kind")]
     OldKind {
         /// Its origin.
         origin: Origin,
-        /// What to write there instead.
+        /// The settings to write instead.
         lines: String,
     },
-    /// A kind of projector that stations do not scan with.
-    #[error("projector.kind is {found} ({origin}), but a station scans with a laser behind a grating")]
+    /// A kind of projector that a station does not support.
+    #[error("projector.kind is {found} ({origin}), but a station supports only a laser behind a grating")]
     OtherProjector {
         /// The value.
         found: String,
         /// Its origin.
         origin: Origin,
     },
-    /// The data folder inside its own file.
+    /// `data` in the configuration file of the data folder.
     #[error("\"data\" cannot be set in the data folder's own file ({origin})")]
     DataInside {
         /// Its origin.
@@ -169,7 +169,7 @@ impl Remedy for ConfigError {
             Self::OldKind { lines, .. } => format!("write\n{lines}").into(),
             Self::OtherProjector { .. } => {
                 "lasers without a grating, and lines that cross, are calibrated and scanned \
-                from captures: record the pictures, write the projector's kind in capture.json, then use \
+                from captures: record the images, write the projector's kind in capture.json, then use \
                 `sheaf calibrate` and `sheaf scan`; here leave projector.kind out"
                     .into()
             }
@@ -179,7 +179,7 @@ impl Remedy for ConfigError {
 }
 
 impl ConfigError {
-    /// The words for devices that make no station; the setting at fault says `found`.
+    /// The error for devices that cannot form a station; `found` is the value of the setting at fault.
     pub fn no_station(why: NoStation, found: &str, origin: Origin) -> Self {
         let key = why.key();
         match why {
@@ -196,7 +196,7 @@ impl ConfigError {
         }
     }
 
-    /// Refuses `projector.kind`, an entry of captures: a station's sessions and scans are those of a grating.
+    /// Refuses `projector.kind`, which exists only in captures: a station supports only a grating.
     pub fn refuse_projector_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), Self> {
         match key {
             "projector.kind" => Err(Self::OtherProjector { found: format!("\"{kind}\""), origin: origin.clone() }),
@@ -204,12 +204,12 @@ impl ConfigError {
         }
     }
 
-    /// Refuses `station.kind`: one kind for the whole station was all there was once.
+    /// Refuses `station.kind` and lists the kinds of the devices to write instead.
     pub fn refuse_old_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), Self> {
         if key != "station.kind" {
             return Ok(());
         }
-        // A GRBL station had a simulated camera.
+        // A GRBL controller is no camera: with it, the camera is simulated.
         let camera = if kind == "replay" { "replay" } else { "twin" };
         let other = if kind == "grbl" { "grbl" } else { camera };
         let lines = [("camera", camera), ("stage", other), ("laser", other)].map(|(device, kind)| match origin {

@@ -1,4 +1,4 @@
-//! One layer: what the environment, the command line or a file says, each value held to its setting.
+//! One layer: the values of the environment, the command line or a file, each checked against its setting.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,27 +12,27 @@ use toml::de::{DeTable, DeValue};
 use crate::config::origin::Origin;
 use crate::config::setting::Setting;
 use crate::config::settings::Settings;
-use crate::config::{Asked, ConfigError};
+use crate::config::{ConfigError, Flags};
 
-/// What the environment's names begin with; the rest is the key in capitals, dots written as two underscores:
+/// Prefix of environment variables; the rest is the key in capitals with two underscores for each dot:
 /// `SHEAF_STATION__TWIN__SEED`.
 const PREFIX: &str = "SHEAF_";
 
-/// Names that begin alike and are not settings.
+/// Variables with this prefix that are not settings.
 const NOT_SETTINGS: &[&str] = &["SHEAF_CONFIG", "SHEAF_LOG"];
 
-/// What names begin with that only the tests read.
+/// Prefix of variables for tests.
 const TEST_PREFIX: &str = "SHEAF_TEST_";
 
-/// Whether a variable of the environment is meant for the service.
-pub fn is_ours(name: &str) -> bool {
+/// Whether an environment variable is meant for the service.
+pub fn is_service_variable(name: &str) -> bool {
     name.starts_with(PREFIX) && !name.starts_with(TEST_PREFIX)
 }
 
-/// The file looked for in the data folder if none is named.
+/// Configuration file in the data folder, read if no file is given.
 pub const FILE_NAME: &str = "sheaf.toml";
 
-/// The values that one layer sets, by key.
+/// The values of one layer, by key.
 pub struct Layer<'a> {
     settings: &'a [Setting],
     /// The values, each with its origin.
@@ -40,12 +40,12 @@ pub struct Layer<'a> {
 }
 
 impl<'a> Layer<'a> {
-    /// A layer that says nothing yet.
+    /// An empty layer.
     pub fn new(settings: &'a [Setting]) -> Self {
         Self { settings, values: Map::new() }
     }
 
-    /// All that the environment says.
+    /// Adds the settings of the environment.
     pub fn add_environment(&mut self, environment: &BTreeMap<String, String>) -> Result<(), ConfigError> {
         for (name, text) in environment.iter().filter(|(name, _)| !NOT_SETTINGS.contains(&name.as_str())) {
             let key = name[PREFIX.len()..].to_ascii_lowercase().replace("__", ".");
@@ -54,18 +54,18 @@ impl<'a> Layer<'a> {
         Ok(())
     }
 
-    /// All that the command line says.
-    pub fn add_flags(&mut self, asked: &Asked) -> Result<(), ConfigError> {
+    /// Adds the settings of the command line.
+    pub fn add_flags(&mut self, flags: &Flags) -> Result<(), ConfigError> {
         let flag = |name: &str| Origin::Flag { name: name.to_owned() };
-        for text in &asked.set {
+        for text in &flags.set {
             let (key, value) =
                 text.split_once('=').ok_or_else(|| ConfigError::NoEqualSign { text: text.clone() })?;
             self.add_text(key.trim(), value, flag("--set"))?;
         }
-        if let Some(listen) = &asked.listen {
+        if let Some(listen) = &flags.listen {
             self.add_text("listen", listen, flag("--listen"))?;
         }
-        if let Some(data) = &asked.data {
+        if let Some(data) = &flags.data {
             self.add_text("data", &data.to_string_lossy(), flag("--data"))?;
         }
         Ok(())
@@ -80,19 +80,20 @@ impl<'a> Layer<'a> {
         Ok(())
     }
 
-    /// The file named by flag or environment, which must exist, or the one in the data folder, which may.
+    /// Adds the settings of the configuration file: the file given by flag or environment, which must exist, or else the one in
+    /// the data folder, if it exists.
     pub fn add_file(
         &mut self,
-        asked: &Asked,
+        flags: &Flags,
         environment: &BTreeMap<String, String>,
         above: &Self,
     ) -> Result<(), ConfigError> {
-        let named = asked.config.clone().or_else(|| environment.get("SHEAF_CONFIG").map(PathBuf::from));
+        let named = flags.config.clone().or_else(|| environment.get("SHEAF_CONFIG").map(PathBuf::from));
         if let Some(path) = named {
             return self.add_toml(&path, &read(&path)?);
         }
-        let said = above.values.get("data").map(|value| PathBuf::from(value.to_string()));
-        let path = said.unwrap_or_else(|| Settings::default().data).join(FILE_NAME);
+        let configured = above.values.get("data").map(|value| PathBuf::from(value.to_string()));
+        let path = configured.unwrap_or_else(|| Settings::default().data).join(FILE_NAME);
         if !path.exists() {
             return Ok(());
         }
@@ -132,7 +133,7 @@ impl<'a> Layer<'a> {
                     ConfigError::refuse_projector_kind(&key, toml.as_str().unwrap_or_default(), &origin)?;
                     let setting = self.setting(&key, &origin)?;
                     let found = || toml.as_str().map_or(toml.type_str().to_owned(), |text| format!("\"{text}\""));
-                    let value = kind_of(toml, at).filter(|value| setting.admits(value));
+                    let value = value_kind(toml, at).filter(|value| setting.admits(value));
                     let value = value.ok_or_else(|| bad_value(setting, &found(), &origin))?;
                     self.put(&key, value, &origin);
                 }
@@ -142,7 +143,7 @@ impl<'a> Layer<'a> {
     }
 
     fn put(&mut self, key: &str, value: ValueKind, origin: &Origin) {
-        self.values.insert(key.to_owned(), origin.marks(value));
+        self.values.insert(key.to_owned(), origin.tag(value));
     }
 
     fn setting(&self, key: &str, origin: &Origin) -> Result<&Setting, ConfigError> {
@@ -158,7 +159,7 @@ fn read(path: &Path) -> Result<String, ConfigError> {
     std::fs::read_to_string(path).map_err(|cause| ConfigError::Unreadable { path: path.to_owned(), cause })
 }
 
-/// A setting whose last part is the same, or where to look.
+/// Suggests a setting whose last part is the same, or `sheaf config`.
 fn hint(key: &str, settings: &[Setting]) -> String {
     let last = key.rsplit('.').next();
     match settings.iter().find(|setting| setting.key.rsplit('.').next() == last) {
@@ -172,9 +173,9 @@ fn bad_value(setting: &Setting, found: &str, origin: &Origin) -> ConfigError {
     ConfigError::BadValue { key, found: found.to_owned(), origin: origin.clone(), expected }
 }
 
-/// What a value of the file is, tables in lists included; `None` for dates and numbers beyond the machine's.
-fn kind_of(toml: &DeValue<'_>, at: &dyn Fn(Range<usize>) -> Origin) -> Option<ValueKind> {
-    let value = |one: &Spanned<DeValue<'_>>| Some(at(one.span()).marks(kind_of(one.get_ref(), at)?));
+/// Converts a TOML value, including tables in lists; `None` for dates and out-of-range numbers.
+fn value_kind(toml: &DeValue<'_>, at: &dyn Fn(Range<usize>) -> Origin) -> Option<ValueKind> {
+    let value = |one: &Spanned<DeValue<'_>>| Some(at(one.span()).tag(value_kind(one.get_ref(), at)?));
     Some(match toml {
         DeValue::String(text) => ValueKind::String(text.to_string()),
         DeValue::Integer(whole) => ValueKind::I64(i64::from_str_radix(whole.as_str(), whole.radix()).ok()?),

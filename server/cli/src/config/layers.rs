@@ -1,12 +1,12 @@
-//! The layers: defaults, a file, the environment, flags. Each later one wins, and every value knows where it came from:
-//! the `config` crate merges them and carries an [`Origin`] with each value.
+//! The layers: defaults, file, environment, flags; later layers override earlier ones. The `config` crate merges them and
+//! keeps an [`Origin`] with each value.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use config::{Map, Source, Value, ValueKind};
 
-use crate::config::layer::{Layer, is_ours};
+use crate::config::layer::{Layer, is_service_variable};
 use crate::config::origin::Origin;
 use crate::config::setting::{Setting, all};
 use crate::config::settings::Settings;
@@ -14,9 +14,9 @@ use crate::config::{Config, ConfigError};
 use crate::doors::BadDoor;
 use crate::drivers::station_devices;
 
-/// What the command line said.
+/// Configuration flags of the command line.
 #[derive(Debug, Clone, Default)]
-pub struct Asked {
+pub struct Flags {
     /// `--listen`.
     pub listen: Option<String>,
     /// `--data`.
@@ -27,7 +27,7 @@ pub struct Asked {
     pub set: Vec<String>,
 }
 
-/// The configuration in force and where each value came from.
+/// The effective configuration and the origin of each value.
 #[derive(Debug, Clone)]
 pub struct Effective {
     /// The configuration.
@@ -39,20 +39,21 @@ pub struct Effective {
 /// Defaults, file, environment, flags.
 ///
 /// # Errors
-/// [`ConfigError`] for the first thing that is wrong, naming place and remedy.
+/// [`ConfigError`] for the first error, with its place and remedy.
 pub fn effective(
-    asked: &Asked,
+    flags: &Flags,
     environment: impl Iterator<Item = (String, String)>,
 ) -> Result<Effective, ConfigError> {
-    let environment: BTreeMap<String, String> = environment.filter(|(name, _)| is_ours(name)).collect();
+    let environment: BTreeMap<String, String> =
+        environment.filter(|(name, _)| is_service_variable(name)).collect();
     let settings = all();
     let mut above = Layer::new(&settings);
     above.add_environment(&environment)?;
-    above.add_flags(asked)?;
+    above.add_flags(flags)?;
     let mut file = Layer::new(&settings);
-    file.add_file(asked, &environment, &above)?;
+    file.add_file(flags, &environment, &above)?;
     let merged = merge([file.values, above.values]);
-    let value = |key: &str| look(&merged.cache, key).cloned().unwrap_or_default();
+    let value = |key: &str| value_at(&merged.cache, key).cloned().unwrap_or_default();
     let read = merged.clone().try_deserialize::<Settings>().map_err(|error| {
         if let Some((key, number, why)) = entry_of(&error.to_string()) {
             let origin = Origin::of(&value(&key));
@@ -92,7 +93,7 @@ pub fn effective(
     Ok(Effective { values: values.collect(), config: read.with(station) })
 }
 
-/// The key of a value that could not be read.
+/// Key of the value that could not be read.
 fn key_of(error: &config::ConfigError) -> String {
     match error {
         config::ConfigError::At { key, .. } | config::ConfigError::Type { key, .. } => {
@@ -102,8 +103,7 @@ fn key_of(error: &config::ConfigError) -> String {
     }
 }
 
-/// The list, the position in it from 1, and what is wrong, if the error is about an entry of a list of tables:
-/// the crate writes ``unknown field `prot` … for key `doors.modbus[0]` `` and `missing configuration field
+/// List, position in it (from 1) and reason, if the error is about an entry of a list of tables. The crate writes ``unknown field `prot` … for key `doors.modbus[0]` `` and `missing configuration field
 /// "doors.modbus[0]listen"`.
 fn entry_of(error: &str) -> Option<(String, usize, String)> {
     let (before, place) = error.split_at(error.find("doors.")?);
@@ -116,7 +116,7 @@ fn entry_of(error: &str) -> Option<(String, usize, String)> {
     Some((key.to_owned(), idx.parse::<usize>().ok()? + 1, why))
 }
 
-/// A layer as the crate takes it.
+/// A layer as a source for the `config` crate.
 #[derive(Debug, Clone)]
 struct Values(Map<String, Value>);
 
@@ -130,9 +130,9 @@ impl Source for Values {
     }
 }
 
-/// Later layers win; what none of them says is the default.
+/// Merges the layers over the defaults; later layers override earlier ones.
 fn merge(layers: [Map<String, Value>; 2]) -> config::Config {
-    // By way of JSON: the crate's own serializer drops empty lists.
+    // Via JSON: the serializer of the crate drops empty lists.
     let defaults = serde_json::to_value(Settings::default()).and_then(serde_json::from_value);
     let defaults = Values(defaults.expect("the defaults are plain values"));
     let builder = config::Config::builder().add_source(defaults);
@@ -140,8 +140,8 @@ fn merge(layers: [Map<String, Value>; 2]) -> config::Config {
     builder.build().expect("every layer was read and checked before")
 }
 
-/// The value of that key.
-fn look<'v>(merged: &'v Value, key: &str) -> Option<&'v Value> {
+/// The value of a key.
+fn value_at<'v>(merged: &'v Value, key: &str) -> Option<&'v Value> {
     key.split('.').try_fold(merged, |value, name| match &value.kind {
         ValueKind::Table(fields) => fields.get(name),
         _ => None,

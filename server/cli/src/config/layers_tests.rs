@@ -1,4 +1,4 @@
-//! Which layer wins, what is refused, and that the table's defaults are the twin's.
+//! Precedence of the layers, refused values, and the defaults.
 
 use app::config::AppConfig;
 
@@ -14,7 +14,7 @@ fn with_file(text: &str, pairs: &[(&str, &str)], set: &[&str]) -> Result<Effecti
     let path = folder.path().join("station.toml");
     std::fs::write(&path, text).unwrap();
     let set = set.iter().map(|text| (*text).to_owned()).collect();
-    effective(&Asked { config: Some(path), set, ..Asked::default() }, environment(pairs))
+    effective(&Flags { config: Some(path), set, ..Flags::default() }, environment(pairs))
 }
 
 fn origin(effective: &Effective, key: &str) -> String {
@@ -22,7 +22,7 @@ fn origin(effective: &Effective, key: &str) -> String {
 }
 
 #[test]
-fn flags_win_over_the_environment_and_that_over_the_file() {
+fn flags_override_the_environment_and_the_environment_overrides_the_file() {
     let file = "listen = \"127.0.0.1:1\"\n[station.twin]\nseed = 1\nscene = \"plate\"\nframe_rate_hz = 10\n";
     let pairs = [("SHEAF_STATION__TWIN__SEED", "2"), ("SHEAF_STATION__TWIN__SCENE", "gauge")];
     let effective = with_file(file, &pairs, &["station.twin.seed=3"]).unwrap();
@@ -43,7 +43,7 @@ fn refused(result: Result<Effective, ConfigError>, words: &[&str]) {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
+fn errors_state_place_and_remedy() {
     refused(with_file("listen = 3", &[], &[]), &["listen cannot be integer", "line 1", "address and port"]);
     refused(with_file("\n\nlisten = ", &[], &[]), &["station.toml, line 3", "TOML"]);
     refused(with_file("[station]\nseed = 3", &[], &[]), &["\"station.seed\"", "line 2", "station.twin.seed"]);
@@ -81,7 +81,7 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
 }
 
 #[test]
-fn a_projector_without_a_grating_is_refused_by_name_with_the_way_that_works() {
+fn a_projector_without_a_grating_is_refused_with_a_remedy() {
     for kind in ["cross", "planes"] {
         let remedy = ["projector.kind", kind, "laser behind a grating", "capture.json", "sheaf calibrate"];
         let in_file = with_file(&format!("[projector]\nkind = \"{kind}\""), &[], &[]);
@@ -92,7 +92,7 @@ fn a_projector_without_a_grating_is_refused_by_name_with_the_way_that_works() {
 }
 
 #[test]
-fn the_kind_of_the_whole_station_is_refused_with_the_lines_to_write() {
+fn station_kind_is_refused_with_the_settings_that_replace_it() {
     let in_file = with_file("[station]\nkind = \"grbl\"", &[], &[]);
     let lines =
         "[station.camera]\nkind = \"twin\"\n[station.stage]\nkind = \"grbl\"\n[station.laser]\nkind = \"grbl\"";
@@ -104,7 +104,7 @@ fn the_kind_of_the_whole_station_is_refused_with_the_lines_to_write() {
 }
 
 #[test]
-fn a_recording_without_its_other_half_is_refused() {
+fn a_replayed_camera_without_a_replayed_stage_is_refused() {
     let capture = ["station.replay.folder=capture", "station.camera.kind=replay"];
     refused(
         with_file("", &[], &capture),
@@ -113,17 +113,17 @@ fn a_recording_without_its_other_half_is_refused() {
 }
 
 #[test]
-fn the_file_in_the_data_folder_is_read_and_may_not_move_it() {
+fn the_file_in_the_data_folder_is_read_and_must_not_set_the_data_folder() {
     let folder = tempfile::tempdir().unwrap();
-    let asked = Asked { data: Some(folder.path().to_owned()), ..Asked::default() };
+    let flags = Flags { data: Some(folder.path().to_owned()), ..Flags::default() };
     std::fs::write(folder.path().join(FILE_NAME), "[target]\nsquare_mm = 7.5\n").unwrap();
-    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm(), 7.5.into());
+    assert_eq!(effective(&flags, environment(&[])).unwrap().config.app.target.square_mm(), 7.5.into());
     std::fs::write(folder.path().join(FILE_NAME), "data = \"elsewhere\"\n").unwrap();
-    refused(effective(&asked, environment(&[])), &["data folder's own file", "--data"]);
+    refused(effective(&flags, environment(&[])), &["data folder's own file", "--data"]);
 }
 
 #[test]
-fn every_kind_of_board_is_configured_by_the_words_of_a_capture() {
+fn every_kind_of_board_is_configured_with_the_entries_of_a_capture() {
     let target = |text: &str, set: &[&str]| {
         let target = with_file(&format!("[target]\n{text}"), &[], set).unwrap().config.app.target;
         serde_json::to_value(target).unwrap()
@@ -145,15 +145,15 @@ fn every_kind_of_board_is_configured_by_the_words_of_a_capture() {
 }
 
 #[test]
-fn a_named_file_must_exist() {
-    let asked = Asked { config: Some("/nonexistent/sheaf.toml".into()), ..Asked::default() };
-    refused(effective(&asked, environment(&[])), &["/nonexistent/sheaf.toml", "--config"]);
+fn a_given_file_must_exist() {
+    let flags = Flags { config: Some("/nonexistent/sheaf.toml".into()), ..Flags::default() };
+    refused(effective(&flags, environment(&[])), &["/nonexistent/sheaf.toml", "--config"]);
 }
 
 #[test]
 fn the_defaults_are_those_of_the_simulated_station() {
-    let asked = Asked { data: Some("data".into()), ..Asked::default() };
-    let config = effective(&asked, environment(&[])).unwrap().config;
+    let flags = Flags { data: Some("data".into()), ..Flags::default() };
+    let config = effective(&flags, environment(&[])).unwrap().config;
     let simulated = AppConfig::simulated("data".into());
     assert_eq!((&config.app.target, &config.app.projector), (&simulated.target, &simulated.projector));
     let twin = |config: &AppConfig| config.station.twin.as_ref().unwrap().settings().clone();
@@ -165,8 +165,8 @@ fn the_defaults_are_those_of_the_simulated_station() {
 }
 
 #[test]
-fn every_setting_says_what_it_means_and_admits_its_default() {
-    let effective = effective(&Asked::default(), environment(&[])).unwrap();
+fn every_setting_is_described_and_admits_its_default() {
+    let effective = effective(&Flags::default(), environment(&[])).unwrap();
     assert!(effective.values.len() > 25, "{:?}", effective.values);
     for (setting, value, _) in &effective.values {
         assert!(!setting.about.is_empty() && setting.admits(value), "{}: {value:?}", setting.key);
@@ -174,7 +174,7 @@ fn every_setting_says_what_it_means_and_admits_its_default() {
 }
 
 #[test]
-fn an_error_in_a_door_names_list_position_and_setting() {
+fn an_error_in_a_door_states_list_position_and_setting() {
     let file = |text: &str| with_file(text, &[], &[]);
     let webhook = "[[doors.webhook]]\nname = \"mes\"\nurl = \"https://mes.example\"\n";
     refused(file(webhook), &["[[doors.webhook]] number 1", "line 1", "secret_file is missing"]);

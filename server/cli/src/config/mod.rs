@@ -1,5 +1,4 @@
-//! The configuration of the service: defaults, then a file, then the environment, then flags; and where each value
-//! came from.
+//! The configuration of the service from defaults, file, environment and flags, with the origin of each value.
 
 pub mod error;
 pub mod layer;
@@ -9,7 +8,7 @@ pub mod setting;
 pub mod settings;
 
 pub use error::ConfigError;
-pub use layers::{Asked, Effective, effective};
+pub use layers::{Effective, Flags, effective};
 
 use std::net::SocketAddr;
 
@@ -18,15 +17,15 @@ use http::HttpConfig;
 
 use crate::doors::DoorSettings;
 
-/// The configuration in force.
+/// The effective configuration.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// Where to listen.
+    /// Address and port to listen on.
     pub listen: SocketAddr,
-    /// What the use cases care for.
+    /// Configuration of the application.
     pub app: AppConfig,
-    /// Who may talk to the service.
+    /// Access to the service.
     pub http: HttpConfig,
-    /// Where it delivers events.
+    /// Doors: interfaces to other systems.
     pub doors: DoorSettings,
 }

@@ -14,9 +14,9 @@ pub enum Origin {
     Default,
     /// A file.
     File {
-        /// Which.
+        /// Path.
         path: PathBuf,
-        /// Which line.
+        /// Line, from 1.
         line: usize,
     },
     /// The environment.
@@ -43,13 +43,13 @@ impl fmt::Display for Origin {
 }
 
 impl Origin {
-    /// `kind` as a value from here; the crate carries the origin as a text.
-    pub fn marks(&self, kind: ValueKind) -> Value {
+    /// Tags a value with this origin; the `config` crate keeps it as text.
+    pub fn tag(&self, kind: ValueKind) -> Value {
         let label = serde_json::to_string(self).expect("an origin is plain values");
         Value::new(Some(&label), kind)
     }
 
-    /// Where `value` came from.
+    /// The origin of `value`.
     pub fn of(value: &Value) -> Self {
         value.origin().and_then(|label| serde_json::from_str(label).ok()).unwrap_or(Self::Default)
     }

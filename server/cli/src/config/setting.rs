@@ -1,4 +1,4 @@
-//! One setting as its field describes it: key, meaning, and which values it admits.
+//! A setting, derived from the JSON schema of its field: key, description and allowed values.
 
 use config::{Value, ValueKind};
 use schemars::JsonSchema;
@@ -12,9 +12,9 @@ use crate::config::settings::Settings;
 pub struct Setting {
     /// Its key, as in the file; tables are separated by dots.
     pub key: String,
-    /// What it means.
+    /// Description.
     pub about: String,
-    /// Type and limits, as JSON schema has them.
+    /// JSON schema of its type and limits.
     schema: Json,
 }
 
@@ -23,7 +23,7 @@ pub fn all() -> Vec<Setting> {
     of::<Settings>()
 }
 
-/// The settings that are the fields of `T` and of the tables in it.
+/// The settings of the fields of `T` and of its tables.
 pub fn of<T: JsonSchema>() -> Vec<Setting> {
     let inline = SchemaSettings::default().with(|settings| settings.inline_subschemas = true);
     let mut all = Vec::new();
@@ -46,7 +46,7 @@ fn collect(key: &str, schema: &Json, all: &mut Vec<Setting>) {
 }
 
 impl Setting {
-    /// What is expected, for people.
+    /// The allowed values, as text.
     pub fn expected(&self) -> String {
         let words: Vec<_> =
             self.schema["enum"].as_array().into_iter().flatten().filter_map(Json::as_str).collect();
@@ -64,7 +64,7 @@ impl Setting {
         expected.collect::<Vec<_>>().join(", or ")
     }
 
-    /// The value that `text` means in the environment or after a flag; lists are separated by commas.
+    /// Parses a value from the environment or a flag; lists are separated by commas.
     pub fn read(&self, text: &str) -> Option<ValueKind> {
         let read = |schema: &Json| {
             if schema["type"] != "array" {
@@ -77,13 +77,13 @@ impl Setting {
         alternatives(&self.schema).iter().find_map(read).filter(|kind| self.admits(kind))
     }
 
-    /// Whether it may be that.
+    /// Whether `value` is allowed.
     pub fn admits(&self, value: &ValueKind) -> bool {
         alternatives(&self.schema).iter().any(|schema| admits(schema, value))
     }
 }
 
-/// The types that a value may have, mostly one.
+/// The types that a value may have, usually one.
 fn alternatives(schema: &Json) -> &[Json] {
     schema["anyOf"].as_array().map_or(std::slice::from_ref(schema), Vec::as_slice)
 }
@@ -129,7 +129,7 @@ fn admits(schema: &Json, value: &ValueKind) -> bool {
                 .contains(&n)
                 && items.iter().all(|item| admits(&schema["items"], &item.kind))
         }
-        // A table in a list: what its fields may be is checked where they are read.
+        // A table in a list: its fields are checked where they are read.
         (Some("object"), ValueKind::Table(_)) => true,
         _ => false,
     }

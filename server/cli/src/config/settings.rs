@@ -61,10 +61,10 @@ pub struct TargetSettings {
     pub diameter_mm: f64,
 }
 
-/// What `square_mm` may be.
+/// Allowed values of `square_mm`.
 #[derive(JsonSchema)]
 #[serde(untagged)]
-#[expect(dead_code, reason = "only its schema is of use")]
+#[expect(dead_code, reason = "only its schema is used")]
 enum SquareSetting {
     One(#[schemars(range(min = 0.01, max = 1000.0))] f64),
     Two(#[schemars(length(min = 2, max = 2), inner(range(min = 0.01, max = 1000.0)))] Vec<f64>),
@@ -98,7 +98,7 @@ pub struct HttpSettings {
     pub trusted_proxy: bool,
 }
 
-/// Side of a square of the simulated station's board; a test compares it with what the twin shows.
+/// Square size of the board of the simulated station; a test compares it with the twin.
 const SQUARE_MM: f64 = 12.0;
 
 impl Default for Settings {
@@ -134,7 +134,7 @@ impl Default for Settings {
 }
 
 impl TargetSettings {
-    /// The board of that kind; entries of other kinds do not matter.
+    /// The board of the configured kind; entries of other kinds are ignored.
     pub fn board(&self) -> Target {
         let Self { inner_columns, inner_rows, columns, rows, square_mm, marker_mm, diameter_mm, .. } = *self;
         let grid = CirclesTarget { columns, rows, square_mm, diameter_mm };

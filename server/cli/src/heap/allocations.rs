@@ -1,9 +1,9 @@
 //! Counts allocations per thread in builds with `--features count-allocations`, for measurements only.
 
-/// Whether this program counts.
+/// Whether this build counts allocations.
 pub const COUNTED: bool = cfg!(feature = "count-allocations");
 
-/// Requests for memory by thread id, since the thread began.
+/// Number of allocations by thread id, since the start of the thread.
 #[cfg(not(feature = "count-allocations"))]
 pub fn by_thread() -> std::collections::BTreeMap<i32, u64> {
     std::collections::BTreeMap::new()
@@ -13,14 +13,14 @@ pub fn by_thread() -> std::collections::BTreeMap<i32, u64> {
 pub use counting::by_thread;
 
 #[cfg(feature = "count-allocations")]
-#[allow(unsafe_code, reason = "an allocator cannot be written without; this one hands everything to the system's")]
+#[allow(unsafe_code, reason = "required for an allocator; this one forwards everything to that of the system")]
 mod counting {
     use std::alloc::{GlobalAlloc, Layout, System};
     use std::cell::Cell;
     use std::collections::BTreeMap;
     use std::sync::atomic::{AtomicI32, AtomicU64, AtomicUsize, Ordering};
 
-    /// Threads counted separately; later ones share the last place.
+    /// Threads counted separately; later ones share the last slot.
     const THREADS: usize = 1024;
 
     static IDS: [AtomicI32; THREADS] = [const { AtomicI32::new(0) }; THREADS];
@@ -28,7 +28,7 @@ mod counting {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
 
     thread_local! {
-        static PLACE: Cell<usize> = const { Cell::new(usize::MAX) };
+        static SLOT: Cell<usize> = const { Cell::new(usize::MAX) };
     }
 
     struct Counting;
@@ -37,17 +37,17 @@ mod counting {
     static ALLOCATOR: Counting = Counting;
 
     fn count() {
-        let place = PLACE.with(|place| {
-            if place.get() == usize::MAX {
-                place.set(NEXT.fetch_add(1, Ordering::Relaxed).min(THREADS - 1));
-                IDS[place.get()].store(nix::unistd::gettid().as_raw(), Ordering::Relaxed);
+        let slot = SLOT.with(|slot| {
+            if slot.get() == usize::MAX {
+                slot.set(NEXT.fetch_add(1, Ordering::Relaxed).min(THREADS - 1));
+                IDS[slot.get()].store(nix::unistd::gettid().as_raw(), Ordering::Relaxed);
             }
-            place.get()
+            slot.get()
         });
-        COUNTS[place].fetch_add(1, Ordering::Relaxed);
+        COUNTS[slot].fetch_add(1, Ordering::Relaxed);
     }
 
-    // SAFETY: every request goes to the system's allocator as it came.
+    // SAFETY: every call is forwarded unchanged to the system's allocator.
     unsafe impl GlobalAlloc for Counting {
         unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
             count();
@@ -69,7 +69,7 @@ mod counting {
         }
     }
 
-    /// Requests for memory by thread id, since the thread began.
+    /// Number of allocations by thread id, since the start of the thread.
     pub fn by_thread() -> BTreeMap<i32, u64> {
         let n = NEXT.load(Ordering::Relaxed).min(THREADS);
         let mut counts = BTreeMap::new();

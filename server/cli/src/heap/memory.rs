@@ -1,19 +1,19 @@
-//! Memory that was taken for one large computation is given back when it ends.
+//! Returns memory of large computations to the system.
 
-/// From here on a request for this much is a mapping of its own, which goes back to the system at once when it is freed:
-/// half a picture of one megapixel, so that clouds and meshes are meant and frames, which are used again, cost nothing.
+/// Allocations from this size on are mappings of their own, which are returned to the system when freed. It is half an image
+/// of one megapixel: clouds and meshes are returned, and frames, which are reused, cost nothing.
 #[cfg(target_env = "gnu")]
 const LARGE_BYTES: std::ffi::c_int = 512 * 1024;
 
-/// Keeps the C library from raising that limit automatically: after one mesh it would keep 100 MiB for the next.
+/// Fixes the threshold; otherwise the C library raises it after a large allocation and would keep 100 MiB after one mesh.
 #[cfg(target_env = "gnu")]
 #[allow(unsafe_code, reason = "a function of the C library")]
-pub fn give_large_blocks_back() {
-    // SAFETY: called before there are other threads; a value that is not accepted changes nothing.
+pub fn return_large_blocks() {
+    // SAFETY: called before other threads are started; a rejected value changes nothing.
     let accepted = unsafe { libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE_BYTES) };
-    debug_assert_eq!(accepted, 1, "the C library refuses a threshold of {LARGE_BYTES} bytes");
+    debug_assert_eq!(accepted, 1, "the C library rejects a threshold of {LARGE_BYTES} bytes");
 }
 
-/// Other C libraries give back by themselves.
+/// Other C libraries return large blocks anyway.
 #[cfg(not(target_env = "gnu"))]
-pub fn give_large_blocks_back() {}
+pub fn return_large_blocks() {}

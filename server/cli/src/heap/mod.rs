@@ -1,4 +1,4 @@
-//! Memory of the process: given back, and counted.
+//! Heap of the process: returning memory, counting allocations.
 
 pub mod allocations;
 pub mod memory;

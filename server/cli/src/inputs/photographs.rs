@@ -1,4 +1,4 @@
-//! Photographs that others took, with the laser lines found in them: the demo's look at light that nobody rendered.
+//! Photographs of a real scanner with the laser lines detected in them: the part of the demo that is not rendered.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,16 +9,16 @@ use vision::LineDirection;
 
 use crate::answer::output::{create_folder, write_file};
 use pipeline::{Background, Directions, Failure, LineSearch, channel_of, lines_of};
-use report::picture::{encode_jpeg, lines_over};
+use report::raster::{encode_jpeg, lines_over};
 
 /// Environment variable with the folder that holds `real/ciclop`.
 const DATA_VARIABLE: &str = "SHEAF_DATA";
 
-/// Who took the photographs, and on which terms they and pictures made from them may be passed on.
+/// Author and licence of the photographs, which also apply to images made from them.
 pub const SOURCE: &str = "Photographs: Jesus89/3DScanScience (notebooks/images), licence CC BY-SA 4.0. \
-    Pictures made from them, such as these with lines drawn in, are under the same licence.";
+    Images derived from them, such as these with lines drawn in, are under the same licence.";
 
-/// Laser on, laser off, what it shows; the lines run along columns in all of them.
+/// Laser on, laser off, content; the lines run along columns in all of them.
 const SETS: [[&str; 3]; 3] = [
     ["laser_on_object/laser.png", "laser_on_object/laser_background.png", "one line over a white bust"],
     [
@@ -37,10 +37,10 @@ const SETS: [[&str; 3]; 3] = [
 pub struct Photograph {
     /// File name, without folder.
     pub name: String,
-    /// What it shows and how much was found.
+    /// Its content and the number of points.
     pub caption: String,
-    /// The photograph in grey, the line pieces over it in alternating colours.
-    pub picture: RgbImage,
+    /// The photograph in grey, with the line segments in alternating colours.
+    pub overlay: RgbImage,
 }
 
 /// The folder of the photographs, if there is one.
@@ -49,37 +49,37 @@ pub fn folder() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// Finds the lines of every laser photograph, each with its background taken away.
+/// Detects the lines in every laser photograph, after subtraction of its background.
 pub fn with_lines(folder: &Path) -> Result<Vec<Photograph>, Failure> {
     let directions = Directions::One(LineDirection::Columns);
     SETS.iter()
         .map(|[on, off, what]| {
             let path = folder.join(on);
             let background = Arc::new(Background::read(&folder.join(off))?);
-            let pictures = std::slice::from_ref(&path);
-            let laser = channel_of(ChannelChoice::Auto, pictures, |_| Ok(Some(background.clone())), directions);
+            let images = std::slice::from_ref(&path);
+            let laser = channel_of(ChannelChoice::Auto, images, |_| Ok(Some(background.clone())), directions);
             let found = lines_of(&path, Some(&background), &LineSearch::of(laser.channel, directions))?;
             let n_points: usize = found.lines.segments.iter().map(|segment| segment.points.len()).sum();
             let longest = found.lines.segments.iter().map(|segment| segment.points.len()).max().unwrap_or(0);
             let caption = format!(
-                "{on}: {what}. {n_points} points in {} pieces, the longest of {longest} rows.",
+                "{on}: {what}. {n_points} points in {} segments, the longest of {longest} rows.",
                 found.lines.segments.len()
             );
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             Ok(Photograph {
                 name: format!("{stem}.jpg"),
                 caption,
-                picture: lines_over(&found.photograph, &found.lines),
+                overlay: lines_over(&found.photograph, &found.lines),
             })
         })
         .collect()
 }
 
-/// Writes the pictures and, beside them, whose photographs they are.
+/// Writes the images and, beside them, author and licence.
 pub fn write(folder: &Path, photographs: &[Photograph]) -> Result<(), Failure> {
     create_folder(folder)?;
     for photograph in photographs {
-        write_file(&folder.join(&photograph.name), &encode_jpeg(&photograph.picture)?)?;
+        write_file(&folder.join(&photograph.name), &encode_jpeg(&photograph.overlay)?)?;
     }
     write_file(&folder.join("SOURCE.txt"), format!("{SOURCE}\n").as_bytes())
 }

@@ -1,9 +1,9 @@
-//! Rows of `sheaf triangulate`: an order and a raw pixel, found by the names in the header.
+//! Input rows of `sheaf triangulate`: an order and a raw pixel, in columns found by name.
 
 use pipeline::Failure;
 
-/// Columns that must be there.
-const WANTED: [&str; 3] = ["order", "u_px", "v_px"];
+/// Required columns.
+const REQUIRED: [&str; 3] = ["order", "u_px", "v_px"];
 
 /// One row: the numbers, and the text they were read from.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,7 @@ pub struct PixelRow {
     pub text: [String; 3],
 }
 
-/// Where the wanted columns stand.
+/// Positions of the required columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RowLayout {
     columns: [usize; 3],
@@ -26,13 +26,13 @@ pub struct RowLayout {
 }
 
 impl RowLayout {
-    /// Finds order, u_px and v_px in a header line; other columns are allowed and not used.
+    /// Finds order, u_px and v_px in a header line; other columns are ignored.
     pub fn from_header(header: &str) -> Result<Self, Failure> {
         let names: Vec<&str> = header.trim_start_matches('\u{feff}').split(',').map(clean).collect();
         let mut columns = [0; 3];
-        for (slot, wanted) in columns.iter_mut().zip(WANTED) {
-            *slot = names.iter().position(|name| *name == wanted).ok_or_else(|| {
-                Failure::bad_input(format!("stdin, line 1: the header names no column {wanted}"))
+        for (slot, required) in columns.iter_mut().zip(REQUIRED) {
+            *slot = names.iter().position(|name| *name == required).ok_or_else(|| {
+                Failure::bad_input(format!("stdin, line 1: the header has no column {required}"))
                     .at_entry("line 1")
                     .remedy("begin with the line order,u_px,v_px")
             })?;
@@ -67,7 +67,7 @@ impl RowLayout {
     }
 }
 
-/// A whole number, also when a table program wrote it as `-2.0`.
+/// A whole number, also in the form `-2.0` that spreadsheets write.
 fn order_from(text: &str) -> Option<i8> {
     if let Ok(order) = text.parse() {
         return Some(order);

@@ -1,4 +1,4 @@
-//! Noise-free pixels with their true points, as the twin writes them beside its captures.
+//! Noise-free pixels with their true points, as written by the twin beside its captures.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use optics::Calibration;
 
 use pipeline::Failure;
 
-/// A labelled pixel and where its light really was, camera frame.
+/// A labelled pixel and the true depth of its point, camera frame.
 #[derive(Debug, Clone, Copy)]
 pub struct TruePoint {
     order: i8,
@@ -42,7 +42,7 @@ pub fn read_truth(path: &Path) -> Result<Vec<TruePoint>, Failure> {
         .collect()
 }
 
-/// Root mean square of the depth errors that the calibration makes on noise-free pixels: its systematic error, mm.
+/// RMS depth error of a calibration on noise-free pixels, which is its systematic error, mm.
 pub fn systematic_depth_rmse_mm(calibration: &Calibration, points: &[TruePoint]) -> f64 {
     let squares: Vec<f64> = points
         .iter()

@@ -1,4 +1,4 @@
-//! The Cramér–Rao bound of the joint problem: no unbiased estimator's depth can be known better from these pixels.
+//! The Cramér–Rao bound of the joint problem: the smallest depth error of any unbiased estimator from these pixels.
 
 use calibration::bundle_state::BundleState;
 use calibration::solver::Problem;
@@ -9,7 +9,7 @@ use super::fit::{KnownCamera, calibration, free_parameters, joint_bundle};
 use super::regime::Regime;
 use super::simulate::Simulation;
 
-/// RMS over the working volume of the depth σ that the Fisher information at the truth (and the priors) leaves, mm.
+/// RMS over the working volume of the depth σ from the Fisher information at the truth, including the priors, mm.
 pub fn depth_bound_mm(
     regime: &Regime,
     simulation: &Simulation,

@@ -1,4 +1,4 @@
-//! The fits of a study, made with the calibration's own solver, and their depth errors.
+//! The fits of a study, with the solver of the calibration, and their depth errors.
 
 use calibration::bundle::Bundle;
 use calibration::bundle_state::BundleState;
@@ -11,17 +11,17 @@ use optics::{CAMERA_PARAMETERS, Calibration, Camera, LightModelKind, LightSurfac
 use super::regime::Regime;
 use super::simulate::Simulation;
 
-/// What is known before the fit.
+/// Whether the camera is known before the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KnownCamera {
     /// Intrinsics are given, exactly.
     Yes,
-    /// Intrinsics are estimated with everything else, k3 held at zero.
+    /// Intrinsics are estimated together with everything else, except k3 = 0.
     No,
 }
 
-/// Fits one model to a simulation the way `sheaf calibrate` does: boards from corners, plane models on the boards as
-/// they are, the exact model jointly with the boards (and the camera, where it is not known).
+/// Fits one model to a simulation as `sheaf calibrate` does: boards from corners, plane models with fixed boards, the exact
+/// model jointly with the boards (and with the camera if it is not known).
 pub fn fitted(
     regime: &Regime,
     simulation: &Simulation,
@@ -46,7 +46,7 @@ pub fn fitted(
     Some(calibration(regime, refined.camera, refined.light?))
 }
 
-/// The bundle of the joint problem around a station.
+/// The bundle adjustment of the joint problem, linearised around `station`.
 pub fn joint_bundle(
     regime: &Regime,
     simulation: &Simulation,
@@ -80,7 +80,7 @@ pub fn depth_rmse_mm(calibration: &Calibration, volume: &[(i8, Vector2<f64>, f64
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// A calibration value around a fit, its covariance left at zero.
+/// A calibration from a fit, with zero covariance.
 pub fn calibration(regime: &Regime, camera: Camera, light: LightSurfaces) -> Calibration {
     let n = CAMERA_PARAMETERS + light.parameters();
     Calibration {
@@ -94,7 +94,7 @@ pub fn calibration(regime: &Regime, camera: Camera, light: LightSurfaces) -> Cal
     }
 }
 
-/// Which globals are estimated: k3 never, the rest of the camera if it is not known, all of the light.
+/// Whether each global parameter is estimated: k3 never, the rest of the camera if it is not known, all of the light.
 pub fn free_parameters(station: &BundleState, known_camera: KnownCamera) -> Vec<bool> {
     let mut free = vec![known_camera == KnownCamera::No; CAMERA_PARAMETERS];
     free[CAMERA_PARAMETERS - 1] = false;
@@ -109,7 +109,7 @@ fn camera_priors(camera: &Camera, known_camera: KnownCamera) -> Vec<calibration:
     }
 }
 
-/// Poses (and camera) from the corners alone, started at the truth: the minimum does not depend on the start.
+/// Poses (and camera) from the corners alone. Starts at the truth, since the minimum does not depend on the start.
 fn boards_from_corners(simulation: &Simulation, known_camera: KnownCamera) -> Option<BundleState> {
     let truth =
         BundleState { camera: simulation.camera, light: None, stage: None, poses: simulation.poses.clone() };

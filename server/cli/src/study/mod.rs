@@ -1,4 +1,4 @@
-//! Studies by Monte Carlo: what the light models buy, where they break, and how near the fits come to the bound.
+//! Monte Carlo studies: accuracy of the light models, their limits, and the distance of the fits from the Cramér–Rao bound.
 
 pub mod bound;
 pub mod fit;

@@ -1,4 +1,4 @@
-//! The study's page: the claim, where planes break, what corners do to the bound.
+//! The report of the study: the claim of the paper, the limits of plane models, the effect of corner noise on the bound.
 
 use crate::study::paper::{GRATING_TILTS_DEG, ModelErrors, PaperStudy};
 use crate::study::table::study_text;
@@ -15,10 +15,10 @@ const PLOT_WIDTH: f64 = 380.0;
 /// Size of the plots, SVG units.
 const PLOT_HEIGHT: f64 = 240.0;
 
-/// The whole page.
+/// The report as an HTML page.
 pub fn study_page(study: &PaperStudy) -> String {
     let lead =
-        "Simulated stations with known truth: depth RMSE over the working volume by the three light models.";
+        "Simulated stations with ground truth: depth RMSE over the working volume with the three light models.";
     let mut page = Page::new("Study: the paper's regime", lead);
     if let Some(row) = study.claim.first() {
         let ratio = row.errors.pencil_mm / row.errors.planes_mm;
@@ -32,18 +32,22 @@ pub fn study_page(study: &PaperStudy) -> String {
             Tile::new(
                 format!("{:.2}", row.errors.grating_mm / row.bound_mm),
                 "grating / Cramér–Rao bound",
-                "over these seeds; unbiased estimates have 1 or more on average",
+                "over these seeds; at least 1 on average for unbiased estimates",
             ),
         ]);
     }
     page.section("The claim", "Narrow field, normal incidence, coarse centrelines.", claim(study));
-    page.section("Where planes break", "Wide fields bow the outer sheets; planes cannot follow.", fields(study));
     page.section(
-        "Corners and the bound",
-        "With the camera in the problem its corners limit everything.",
+        "Limits of plane models",
+        "In wide fields the outer light sheets are curved, which planes cannot represent.",
+        fields(study),
+    );
+    page.section(
+        "Corner noise and the bound",
+        "If the camera is estimated as well, corner noise limits the accuracy.",
         corners(study),
     );
-    page.section("Figures", "The same as text.", html! { pre { (study_text(study)) } });
+    page.section("Tables", "The same figures as text.", html! { pre { (study_text(study)) } });
     page.finish()
 }
 

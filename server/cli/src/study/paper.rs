@@ -1,4 +1,4 @@
-//! `sheaf study paper`: the paper's claim in its regime, where the plane models break, the bound and its distance.
+//! `sheaf study paper`: the claim of the paper in its regime, the limits of the plane models, and the Cramér–Rao bound.
 
 use optics::LightModelKind;
 use rand::SeedableRng;
@@ -16,13 +16,13 @@ pub const FIELD_HALF_WIDTHS_MM: [f64; 5] = [15.0, 26.0, 51.0, 75.0, 100.0];
 /// Grating tilts of the second table, degrees.
 pub const GRATING_TILTS_DEG: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
-/// Corner noises of the third table, px: cornerSubPix, findChessboardCornersSB, this product's target, the noise bound.
+/// Corner noise in the third table, px: cornerSubPix, findChessboardCornersSB, the goal of this software, the noise bound.
 pub const CORNER_SIGMAS_PX: [f64; 4] = [0.044, 0.021, 0.012, 0.0065];
 
-/// Poses of the second table; enough that noise is not what limits the models.
+/// Poses of the second table: so many that noise does not limit the accuracy.
 const MANY_POSES: usize = 15;
 
-/// Seeds per cell of the second table: its figures are model errors, not noise.
+/// Seeds per cell of the second table; few suffice, since its figures are model errors, not noise.
 const SEEDS_PER_CELL: u64 = 4;
 
 /// RMS over seeds of the depth error of each model, mm.
@@ -30,22 +30,22 @@ const SEEDS_PER_CELL: u64 = 4;
 pub struct ModelErrors {
     /// One free plane per order.
     pub planes_mm: f64,
-    /// Planes tied by the grating equation.
+    /// A pencil of planes at the angles of the grating equation.
     pub pencil_mm: f64,
     /// The exact sheets.
     pub grating_mm: f64,
 }
 
-/// Seeds per row of the third table: the focal length alone decides its errors, one number a seed.
+/// Seeds per row of the third table. Many are needed, since the error is mainly that of the focal length, one value per seed.
 const SEEDS_PER_CORNER_NOISE: u64 = 40;
 
-/// Noise of a good centreline, px …
+/// Noise of a good centreline, px.
 const LINE_SIGMA_PX: f64 = 0.15;
 
-/// … of which one point in so many columns is independent: the noise's correlation length.
+/// Correlation length of that noise: one independent point per so many columns.
 const LINE_SPACING_PX: f64 = 8.0;
 
-/// One regime with its bound.
+/// A row of the first table: a number of poses, with its bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClaimRow {
     /// Board poses.
@@ -56,7 +56,7 @@ pub struct ClaimRow {
     pub bound_mm: f64,
 }
 
-/// One cell of the field–tilt table.
+/// A cell of the second table: field and tilt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldRow {
     /// Field half-width.
@@ -67,7 +67,7 @@ pub struct FieldRow {
     pub errors: ModelErrors,
 }
 
-/// One corner noise with the camera in the problem.
+/// A row of the third table: a corner noise, with the camera estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CornerRow {
     /// Corner noise per axis.
@@ -83,7 +83,7 @@ pub struct CornerRow {
 pub struct PaperStudy {
     /// Seeds per row of the first table.
     pub seeds: u64,
-    /// The paper's regime with 2, 3 and 5 poses.
+    /// The regime of the paper with 3 and 5 poses.
     pub claim: Vec<ClaimRow>,
     /// Field and tilt.
     pub field: Vec<FieldRow>,
@@ -91,7 +91,7 @@ pub struct PaperStudy {
     pub corners: Vec<CornerRow>,
 }
 
-/// Runs the study; `progress` gets the fraction done.
+/// Runs the study; `progress` is called with the completed fraction.
 pub fn run(seeds: u64, progress: &dyn Fn(f64)) -> PaperStudy {
     let claim_poses = [3, 5];
     let n_cells = FIELD_HALF_WIDTHS_MM.len() * GRATING_TILTS_DEG.len();
@@ -155,7 +155,7 @@ fn corner_row(corner_sigma_px: f64) -> CornerRow {
     CornerRow { corner_sigma_px, grating_mm: errors.grating_mm, bound_mm }
 }
 
-/// Root mean squares over seeds 1 … `seeds` of errors and bound. A fit that fails counts as not a number: visibly.
+/// RMS over seeds 1 … `seeds` of errors and bound; NaN if a fit fails.
 fn over_seeds(
     regime: &Regime,
     seeds: u64,
@@ -200,18 +200,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_claim_holds_in_the_papers_regime() {
+    fn the_claim_of_the_paper_holds_in_its_regime() {
         let row = claim_row(3, 100);
         let (errors, bound) = (row.errors, row.bound_mm);
         // The paper: RMSE 0.133 → 0.083 mm, a ratio of 0.624.
         assert!(errors.pencil_mm <= 0.624 * errors.planes_mm, "{errors:?}");
         assert!(errors.grating_mm < errors.pencil_mm, "{errors:?}");
-        // 15 % above what no unbiased estimator can beat.
+        // At most 15 % above the Cramér–Rao bound.
         assert!(errors.grating_mm <= 1.15 * bound, "{errors:?} {bound}");
     }
 
     #[test]
-    fn planes_break_on_wide_fields_and_the_exact_sheets_do_not() {
+    fn plane_models_fail_in_wide_fields_and_the_exact_model_does_not() {
         let errors = field_row(100.0, 2.0).errors;
         assert!(errors.planes_mm > 0.3 && errors.pencil_mm > 0.3, "{errors:?}");
         assert!(errors.grating_mm < 0.01, "{errors:?}");

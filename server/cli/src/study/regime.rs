@@ -1,4 +1,4 @@
-//! The station of a study case: camera, grating and board poses, all known.
+//! The simulated station of a study case: camera, grating and board poses.
 
 use calibration::bundle_state::BoardPose;
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -6,25 +6,26 @@ use optics::{Camera, DepthRangeMm, Grating, Rigid};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// Distance of the working volume's centre from the camera, mm: the paper's.
+/// Distance of the centre of the working volume from the camera, mm, as in the paper.
 pub const DISTANCE_MM: f64 = 400.0;
 
-/// Depth of the working volume to either side of the centre, mm.
+/// Half the depth of the working volume, mm.
 pub const HALF_DEPTH_MM: f64 = 10.0;
 
-/// Focal length of the simulated camera, px: 1280 columns see 204 mm at 400 mm, as the reference station.
+/// Focal length of the simulated camera, px: a field 204 mm wide at 400 mm, as in the reference station.
 const FOCAL_PX: f64 = 2518.0;
 
 /// Angle between projector and camera axes.
 const TRIANGULATION_RAD: f64 = 0.43;
 
-/// Source to scene distance, mm: puts the projector beside the camera.
+/// Distance from the source to the scene, mm: the projector is beside the camera.
 const THROW_MM: f64 = 425.0;
 
-/// Tilts of the boards about both axes, rad: ±20°, what a person holds.
+/// Maximum tilt of the boards about both axes, rad: ±20°, as for a hand-held board.
 const BOARD_TILT_RAD: f64 = 0.35;
 
-/// Squares of the smallest board, mm: nine rows of them catch the outermost orders, 26 mm from the middle, when tilted.
+/// Square size of the smallest board, mm: when tilted, its nine rows still contain the outermost orders, 26 mm from the
+/// centre.
 const SMALLEST_SQUARE_MM: f64 = 9.0;
 
 /// Corners of the simulated board.
@@ -32,10 +33,10 @@ pub const BOARD_COLUMNS: usize = 11;
 /// Corners of the simulated board.
 pub const BOARD_ROWS: usize = 8;
 
-/// Columns over which the noise of a speckled centreline is shared: what the extraction measures on speckled lines.
+/// Correlation length of centreline noise from speckle, px, as measured on speckled lines.
 const SPECKLE_CORRELATION_PX: f64 = 12.0;
 
-/// What a case varies.
+/// Parameters of a study case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regime {
     /// Half the length of the lines at the working distance.
@@ -53,7 +54,7 @@ pub struct Regime {
 }
 
 impl Regime {
-    /// The paper's: narrow field, normal incidence, three poses, a coarse centreline.
+    /// The regime of the paper: narrow field, normal incidence, three poses, a coarse centreline.
     pub fn of_the_paper() -> Self {
         Self {
             field_half_width_mm: 15.0,
@@ -65,7 +66,7 @@ impl Regime {
         }
     }
 
-    /// Orders of the sheaf.
+    /// Diffraction orders.
     pub fn orders(&self) -> Vec<i8> {
         (-2..=2).collect()
     }
@@ -97,13 +98,13 @@ impl Regime {
         }
     }
 
-    /// Side of the board's squares, mm: the board catches all orders and spans the field.
+    /// Square size of the board, mm: the board contains all orders and spans the field.
     pub fn square_mm(&self) -> f64 {
         SMALLEST_SQUARE_MM.max(2.0 * self.field_half_width_mm / (BOARD_COLUMNS + 1) as f64)
     }
 
-    /// Board poses drawn from `random`: tilts about both axes, depths through the working volume. The first three
-    /// stand at its middle, front and back.
+    /// Board poses drawn from `random`: tilts about both axes, depths within the working volume. The first three
+    /// are at its centre, front and back.
     pub fn poses(&self, random: &mut Pcg64Mcg) -> Vec<BoardPose> {
         (0..self.n_poses)
             .map(|idx| {

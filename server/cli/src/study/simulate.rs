@@ -1,4 +1,4 @@
-//! What the processing core would observe in a regime: corners and laser points with known noise.
+//! Simulated observations in a regime: corners and laser points with known noise.
 
 use calibration::bundle_state::BoardPose;
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
@@ -9,10 +9,10 @@ use rand_pcg::Pcg64Mcg;
 
 use super::regime::{BOARD_COLUMNS, BOARD_ROWS, DISTANCE_MM, HALF_DEPTH_MM, Regime};
 
-/// Fan angle steps in which a line is traced before it is sampled, rad: 0.04 px of sag between two.
+/// Fan angle step for tracing a line before it is sampled, rad: 0.04 px of sag between two steps.
 const TRACE_STEP_RAD: f64 = 2e-3;
 
-/// A truth and what was seen of it.
+/// Ground truth and simulated observations.
 #[derive(Debug, Clone)]
 pub struct Simulation {
     /// True camera.
@@ -27,7 +27,7 @@ pub struct Simulation {
     pub laser: Vec<LaserObservation>,
 }
 
-/// Draws poses and noise of a regime.
+/// Simulates a regime with random poses and noise.
 pub fn simulated(regime: &Regime, random: &mut Pcg64Mcg) -> Simulation {
     let (camera, grating) = (regime.camera(), regime.grating());
     let poses = regime.poses(random);
@@ -45,7 +45,7 @@ pub fn simulated(regime: &Regime, random: &mut Pcg64Mcg) -> Simulation {
     Simulation { camera, grating, poses, views, laser }
 }
 
-/// Points through the working volume on every sheet, with their noise-free pixels: (order, pixel, depth mm).
+/// Points on every light sheet throughout the working volume, as noise-free pixels: (order, pixel, depth in mm).
 pub fn working_volume(regime: &Regime) -> Vec<(i8, Vector2<f64>, f64)> {
     let (camera, grating) = (regime.camera(), regime.grating());
     let half = regime.field_half_width_mm;
@@ -57,8 +57,8 @@ pub fn working_volume(regime: &Regime) -> Vec<(i8, Vector2<f64>, f64)> {
                 let x_mm = half * f64::from(place) / 4.0;
                 let phi = x_mm.atan2(DISTANCE_MM);
                 let Some(ray) = grating.ray(phi, order) else { continue };
-                let reach = (plate_mm - ray.origin_mm.z) / ray.direction.z;
-                let point = ray.origin_mm + ray.direction * reach;
+                let range_mm = (plate_mm - ray.origin_mm.z) / ray.direction.z;
+                let point = ray.origin_mm + ray.direction * range_mm;
                 if let Some(pixel) = camera.project(&point) {
                     points.push((order, pixel, point.z));
                 }
@@ -74,7 +74,7 @@ fn noise(random: &mut Pcg64Mcg) -> f64 {
 
 fn corners(regime: &Regime, camera: &Camera, pose: &BoardPose, random: &mut Pcg64Mcg) -> Vec<CornerObservation> {
     let sigma_px = regime.corner_sigma_px;
-    let mut seen = Vec::with_capacity(BOARD_COLUMNS * BOARD_ROWS);
+    let mut observations = Vec::with_capacity(BOARD_COLUMNS * BOARD_ROWS);
     for row in 0..BOARD_ROWS {
         for column in 0..BOARD_COLUMNS {
             let board_mm = Vector3::new(column as f64, row as f64, 0.0) * regime.square_mm();
@@ -83,10 +83,10 @@ fn corners(regime: &Regime, camera: &Camera, pose: &BoardPose, random: &mut Pcg6
             if !in_image(camera, &pixel) {
                 continue;
             }
-            seen.push(CornerObservation { board_mm, pixel, sigma_px });
+            observations.push(CornerObservation { board_mm, pixel, sigma_px });
         }
     }
-    seen
+    observations
 }
 
 /// One line on one board: a point per column within the board and the image.
@@ -133,7 +133,8 @@ fn line(
     points
 }
 
-/// The pixel at which the fan ray φ of an order is seen on the board, and whether that is on the board and in the image.
+/// The pixel at which the fan ray φ of an order hits the plane of the board, and whether it is on the board, within the field
+/// and in the image.
 fn lit_pixel(
     regime: &Regime,
     camera: &Camera,
@@ -144,8 +145,8 @@ fn lit_pixel(
 ) -> Option<(Vector2<f64>, bool)> {
     let ray = grating.ray(phi, order)?;
     let normal = pose.axes().column(2);
-    let reach = normal.dot(&(pose.translation_mm - ray.origin_mm)) / normal.dot(&ray.direction);
-    let hit = ray.origin_mm + ray.direction * reach;
+    let range_mm = normal.dot(&(pose.translation_mm - ray.origin_mm)) / normal.dot(&ray.direction);
+    let hit = ray.origin_mm + ray.direction * range_mm;
     let pixel = camera.project(&hit)?;
     let squares = (pose.rotation.inverse() * (hit - pose.translation_mm)) / regime.square_mm();
     let on_board =

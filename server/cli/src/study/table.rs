@@ -1,4 +1,4 @@
-//! The study's tables.
+//! Tables of the study.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::study::paper::{FIELD_HALF_WIDTHS_MM, GRATING_TILTS_DEG, ModelErrors, PaperStudy};
 
-/// The paper's own ratio: RMSE 0.133 → 0.083 mm.
-const RATIO_OF_THE_PAPER: f64 = 0.624;
+/// Ratio reported in the paper: RMSE 0.133 → 0.083 mm.
+const PAPER_RATIO: f64 = 0.624;
 
-/// Tables for a person, µm.
+/// The tables as text, µm.
 pub fn study_text(study: &PaperStudy) -> String {
     let mut text = String::new();
     let _ = writeln!(
@@ -19,9 +19,9 @@ pub fn study_text(study: &PaperStudy) -> String {
         study.seeds
     );
     text.push_str(
-        "The paper's regime: field ±15 mm at 400 mm, normal incidence, centreline 0.5 px, corners 0.05 px,\n",
+        "Regime of the paper: field ±15 mm at 400 mm, normal incidence, centreline 0.5 px, corners 0.05 px,\n",
     );
-    text.push_str("camera known. The bound is Cramér–Rao's for boards and grating together.\n\n");
+    text.push_str("camera known. Bound: Cramér–Rao bound of the joint problem of boards and grating.\n\n");
     text.push_str(" poses   planes   pencil  grating    bound   pencil/planes  grating/planes  grating/bound\n");
     for row in &study.claim {
         let [planes, pencil, grating] = um(&row.errors);
@@ -35,8 +35,8 @@ pub fn study_text(study: &PaperStudy) -> String {
             grating / bound
         );
     }
-    let _ = writeln!(text, "\n The paper reports pencil/planes = {RATIO_OF_THE_PAPER}.\n");
-    text.push_str("Where planes break: 15 poses, centreline 0.15 px, corners 0.021 px, camera known.\n\n");
+    let _ = writeln!(text, "\n The paper reports pencil/planes = {PAPER_RATIO}.\n");
+    text.push_str("Limits of plane models: 15 poses, centreline 0.15 px, corners 0.021 px, camera known.\n\n");
     text.push_str("  tilt  model   ");
     for field in FIELD_HALF_WIDTHS_MM {
         let _ = write!(text, "  ±{field:>4.0} mm");
@@ -51,9 +51,7 @@ pub fn study_text(study: &PaperStudy) -> String {
             text.push('\n');
         }
     }
-    text.push_str(
-        "\nWhat corners do to the bound: everything estimated, camera too; 17 poses, field ±75 mm, tilt 2°.\n\n",
-    );
+    text.push_str("\nCorner noise and the bound: camera estimated as well; 17 poses, field ±75 mm, tilt 2°.\n\n");
     text.push_str(" corner noise px   grating    bound   grating/bound\n");
     for row in &study.corners {
         let _ = writeln!(
@@ -68,7 +66,7 @@ pub fn study_text(study: &PaperStudy) -> String {
     text
 }
 
-/// The same for a machine, mm.
+/// The tables as JSON, mm.
 pub fn study_json(study: &PaperStudy, plot: &Path) -> Value {
     let errors =
         |e: &ModelErrors| json!({"planes_mm": e.planes_mm, "pencil_mm": e.pencil_mm, "grating_mm": e.grating_mm});

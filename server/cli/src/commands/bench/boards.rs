@@ -1,4 +1,4 @@
-//! `sheaf bench corners` and `sheaf bench camera`: what a board and a camera cost on one thread.
+//! `sheaf bench corners` and `sheaf bench camera`: times of corner detection and camera calibration on one thread.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -18,7 +18,7 @@ use crate::commands::Answer;
 use crate::commands::bench::median_ms;
 use pipeline::{Failure, FailureKind};
 
-/// Times the search for corners, image by image.
+/// Times corner detection per image.
 pub fn corners(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
     let images = images(args)?;
     let params = params(args);
@@ -42,7 +42,7 @@ pub fn corners(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
     })
 }
 
-/// Times the camera fits on the corners of all images; the squares count as 1 mm, which the camera does not depend on.
+/// Times the camera fits on the corners of all images; the square size is 1 mm, on which the camera does not depend.
 pub fn camera(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
     let images = images(args)?;
     on_one_thread(|| {
@@ -61,8 +61,7 @@ pub fn camera(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
             text,
             "corners of {n_views} boards → camera by plain least squares, 1 thread: {plain_ms:.3} ms, {plain_rms_px:.9} px RMS"
         );
-        let _ =
-            writeln!(text, "the same as `sheaf calibrate` fits it: {robust_ms:.3} ms, {robust_rms_px:.9} px RMS");
+        let _ = writeln!(text, "the same as in `sheaf calibrate`: {robust_ms:.3} ms, {robust_rms_px:.9} px RMS");
         let json = json!({
             "subject": "camera", "n_views": n_views, "threads": 1,
             "plain": { "median_ms": plain_ms, "rms_px": plain_rms_px, "camera": camera_json(&plain.station.camera) },

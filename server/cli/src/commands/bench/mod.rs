@@ -1,4 +1,4 @@
-//! `sheaf bench`: what a frame costs on this machine, beside what reading its memory costs.
+//! `sheaf bench`: processing times per frame on this machine, compared with the time to read the frame from memory.
 
 mod boards;
 mod cloud;
@@ -23,10 +23,10 @@ use crate::commands::Answer;
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 
-/// Fewest frames timed: their median is then known to a few percent.
+/// Minimum number of timed frames, for a median accurate to a few percent.
 pub const MIN_TIMED_FRAMES: usize = 21;
 
-/// Measures.
+/// Runs a benchmark.
 pub fn run(args: &BenchArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     match &args.subject {
         BenchSubject::Centrelines(args) => centrelines(args, reporter),
@@ -54,7 +54,7 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &dyn Reporter) -> Result<A
     let median_ms = match args.threads {
         0 => {
             return Err(
-                Failure::new(FailureKind::BadParameter, "--threads 0 measures nothing").remedy("give 1 or more")
+                Failure::new(FailureKind::BadParameter, "--threads must be at least 1").remedy("give 1 or more")
             );
         }
         1 => median_ms(&mut timed(&frames, n_passes, finder())),
@@ -118,13 +118,13 @@ pub fn timed<F, R>(frames: &[F], n_passes: usize, mut work: impl FnMut(&F) -> R)
         .collect()
 }
 
-/// Turns that are timed when threads share the frames.
-const TURNS: usize = 5;
-/// Fewest frames of a turn: in the first milliseconds systems keep several threads on one processor.
+/// Repetitions when threads share the frames.
+const REPETITIONS: usize = 5;
+/// Minimum number of frames per repetition: in the first milliseconds, systems keep several threads on one processor.
 const MIN_SHARED_FRAMES: usize = 1000;
 
-/// Time of at least `n_passes` rotations shared by `n_threads`, each with its own worker, divided by their frames: several
-/// times. Between single rotations threads would fall asleep, and waking them is not what is measured.
+/// Times per frame of several repetitions, each of at least `n_passes` rotations shared by `n_threads` with a worker each.
+/// Single rotations would include the time to wake sleeping threads.
 fn timed_rotations<W: FnMut(&GreyImage) + Send>(
     frames: &[GreyImage],
     n_passes: usize,
@@ -144,7 +144,7 @@ fn timed_rotations<W: FnMut(&GreyImage) + Send>(
         });
     };
     pool.install(rotations);
-    Ok((0..TURNS)
+    Ok((0..REPETITIONS)
         .map(|_| {
             let begun = Instant::now();
             pool.install(rotations);

@@ -1,4 +1,4 @@
-//! `sheaf bench profiles`: what labelling and triangulating a frame costs beside finding its lines.
+//! `sheaf bench profiles`: time to label and triangulate a frame, compared with the extraction of its centrelines.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -16,17 +16,18 @@ use crate::commands::bench::{MIN_TIMED_FRAMES, frames_of_one_size, median_ms, ti
 use pipeline::read_document;
 use pipeline::{Failure, FailureKind};
 
-/// Measures on one thread.
+/// Runs the benchmark on one thread.
 pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-    let _alone =
-        alone.map_err(|error| Failure::new(FailureKind::Internal, "cannot hold to one thread").because(&error))?;
+    let _alone = alone.map_err(|error| {
+        Failure::new(FailureKind::Internal, "cannot limit the work to one thread").because(&error)
+    })?;
     let frames = frames_of_one_size(&args.timed.frames)?;
     let triangulator = Triangulator::new(read_document(&args.calibration)?.calibration());
     let calibration = triangulator.calibration();
     let (camera, frame) = (&calibration.camera, &frames[0]);
     if (camera.width_px, camera.height_px) != (frame.width(), frame.height()) {
-        return Err(Failure::bad_input("the frames are not of the size the calibration was made with")
+        return Err(Failure::bad_input("the frame size differs from that of the calibration")
             .in_file(&args.timed.frames[0])
             .remedy("give frames of the same camera without cropping"));
     }
@@ -69,7 +70,7 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     Ok(Answer::done(text, json))
 }
 
-/// Time per point in ns, and the largest distance between a hit by tables and the exact one, µm.
+/// Time per point in ns, and the largest distance between the intersections by tables and the exact ones, µm.
 fn triangulation(profiles: &[Profile], triangulator: &Triangulator, n_passes: usize) -> (f64, f64) {
     let calibration = triangulator.calibration();
     let (mut hits, mut times, mut largest_mm) = (Hits::default(), Vec::new(), 0.0f64);

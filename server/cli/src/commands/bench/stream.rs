@@ -1,7 +1,7 @@
-//! `sheaf bench stream`: the live stream to many viewers, beside the bare connections that carry it.
+//! `sheaf bench stream`: throughput of the live stream to many viewers, compared with bare TCP connections.
 //!
-//! The points of a scan are what a viewer gets without any limit of rate, every message in order. They are packed once
-//! and sent through the service's own accept loop, handshake and connections; the bare connections carry the same bytes.
+//! The points of a scan are sent without rate limit, every message in order. They are encoded once and sent through the
+//! accept loop, handshake and connections of the service; the bare connections carry the same bytes.
 
 use std::fmt::Write as _;
 use std::net::SocketAddr;
@@ -26,12 +26,12 @@ use crate::commands::bench::server::viewer::Viewer;
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 
-/// Bytes that go out in one round, at least: a tenth of a second or more.
+/// Minimum number of bytes per round: a tenth of a second or more.
 const ROUND_BYTES: usize = 200 << 20;
 /// The scan whose points are sent.
 const SCAN_ID: &str = "01890000-0000-7000-8000-000000000001";
 
-/// Measures.
+/// Runs the benchmark.
 pub fn stream(args: &BenchStreamArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let no_threads =
         |cause: std::io::Error| Failure::new(FailureKind::Internal, "no threads can be started").because(&cause);
@@ -64,7 +64,7 @@ pub fn stream(args: &BenchStreamArgs, reporter: &dyn Reporter) -> Result<Answer,
             (median(&|speed| speed[0]), median(&|speed| speed[1]), median(&|speed| speed[0] / speed[1]));
         let _ = writeln!(
             text,
-            "{n_viewers} viewers, messages of {} bytes: {stream:.0} MB/s by the stream, {bare:.0} MB/s by bare TCP; ratio {ratio:.2}",
+            "{n_viewers} viewers, messages of {} bytes: {stream:.0} MB/s with the stream, {bare:.0} MB/s with bare TCP; ratio {ratio:.2}",
             served.size_bytes / n_messages
         );
         rows.push(json!({
@@ -75,7 +75,7 @@ pub fn stream(args: &BenchStreamArgs, reporter: &dyn Reporter) -> Result<Answer,
     Ok(Answer::done(text, json!({ "subject": "stream", "rows": rows })))
 }
 
-/// Both servers; they live as long as the runtime.
+/// Both servers; they run as long as the runtime.
 struct Served {
     stream: SocketAddr,
     bare: SocketAddr,
@@ -95,7 +95,7 @@ async fn serve(message_bytes: usize, n_messages: usize) -> std::io::Result<Serve
     Ok(Served { stream, bare, size_bytes })
 }
 
-/// The points of a scan: messages of about that size.
+/// Encoded messages with points of a scan, each of about `message_bytes`.
 fn packed(bus: &LiveBus, message_bytes: usize, n_messages: usize) -> Vec<Bytes> {
     let n_points = (message_bytes.saturating_sub(HEADER_BYTES) / POINT_BYTES).max(1);
     let point = |idx: usize| ProfilePoint {
@@ -127,7 +127,7 @@ fn packed(bus: &LiveBus, message_bytes: usize, n_messages: usize) -> Vec<Bytes> 
     bus.end_scan(SCAN_ID)
 }
 
-/// A message as a server frames it.
+/// A message with its WebSocket frame header.
 fn framed(message: &Bytes) -> Bytes {
     let mut frame = BytesMut::with_capacity(message.len() + 10);
     frame.put_u8(0x82);
@@ -146,7 +146,7 @@ fn framed(message: &Bytes) -> Bytes {
     frame.freeze()
 }
 
-/// Writes all messages to each client that connects and sends a message.
+/// Writes all messages to each client after its first message.
 async fn write_bare(listener: TcpListener, messages: Arc<[Bytes]>) {
     while let Ok((mut stream, _)) = listener.accept().await {
         let messages = messages.clone();
@@ -165,7 +165,7 @@ async fn write_bare(listener: TcpListener, messages: Arc<[Bytes]>) {
     }
 }
 
-/// Seconds until all viewers, who begin at once, have everything.
+/// Seconds until all viewers, which start together, have received everything.
 fn round(
     address: SocketAddr,
     n_viewers: usize,
@@ -175,7 +175,7 @@ fn round(
     let barrier = Barrier::new(n_viewers + 1);
     let read = |mut viewer: Viewer| {
         barrier.wait();
-        viewer.say(r#"{"op":"subscribe","streams":[{"stream":"points","from_block":0}]}"#)?;
+        viewer.send_text(r#"{"op":"subscribe","streams":[{"stream":"points","from_block":0}]}"#)?;
         let mut n_read = 0;
         while n_read < n_messages {
             n_read += usize::from(viewer.next()?.0);

@@ -1,4 +1,4 @@
-//! `sheaf demo`: the whole product on a simulated station, compared with the truth.
+//! `sheaf demo`: calibration, scan and measurement on a simulated station, compared with the ground truth.
 
 mod page;
 mod table;
@@ -28,17 +28,17 @@ use pipeline::Reporter;
 use pipeline::{Calibrated, calibrate_features, open_capture, read_features, scan_capture};
 use table::{demo_json, demo_text};
 
-/// Image size of the demo's station: small enough to be rendered and evaluated in a minute on two cores.
+/// Image size of the simulated station: small enough to render and evaluate in a minute on two cores.
 const IMAGE_PX: [usize; 2] = [960, 768];
 
-/// Folder of the photographs among the results.
+/// Folder of the photographs in the output folder.
 const PHOTOGRAPHS: &str = "photographs";
 
 /// The two parts: scan name, tool, nominal value.
 const PARTS: [(&str, Tool, f64); 2] =
     [("gauge", Tool::Step, GAUGE_HEIGHT_MM), ("sphere", Tool::Sphere, SPHERE_RADIUS_MM)];
 
-/// One light model tried on the demo's station.
+/// Result of one light model on the simulated station.
 pub struct Trial {
     /// The model.
     pub kind: LightModelKind,
@@ -60,7 +60,7 @@ pub struct MeasuredPart {
     pub measurement: Measurement,
 }
 
-/// Renders, calibrates by all models, scans, measures, compares.
+/// Renders, calibrates with all models, scans, measures and compares.
 pub fn run(args: &DemoArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     create_folder(&args.out)?;
     let folder = args.out.join("capture");
@@ -75,7 +75,10 @@ pub fn run(args: &DemoArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let photographs = photographs(&args.out, reporter)?;
     let mut files = write_results(&args.out, &capture, &features, &trials, &photographs)?;
     if !photographs.is_empty() {
-        files.push((PathBuf::from(PHOTOGRAPHS), "laser lines in photographs by others".to_owned()));
+        files.push((
+            PathBuf::from(PHOTOGRAPHS),
+            "laser lines detected in photographs of a real scanner".to_owned(),
+        ));
     }
     let mut text = demo_text(&trials);
     text.push_str(&format!("\nwritten to {}:\n", args.out.display()));
@@ -88,7 +91,7 @@ pub fn run(args: &DemoArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     Ok(Answer::done(text, json))
 }
 
-/// Renders the capture; one left by an earlier demo is replaced, any other folder is left alone.
+/// Renders the capture. A capture of an earlier demo is replaced, any other folder is left alone.
 fn render(folder: &Path, seed: u64, reporter: &dyn Reporter) -> Result<(), Failure> {
     if folder.join("truth.json").is_file() && folder.join("capture.json").is_file() {
         std::fs::remove_dir_all(folder).map_err(|error| Failure::unwritable(folder, &error))?;
@@ -99,7 +102,7 @@ fn render(folder: &Path, seed: u64, reporter: &dyn Reporter) -> Result<(), Failu
     record(&model, &CaptureRequest::standard(&model), folder, reporter).map(|_| ())
 }
 
-/// Lines found in the photographs of the reference data, as pictures in their own folder; none without the data.
+/// Lines detected in the photographs of the reference data, as images in their own folder; none without the data.
 fn photographs(out: &Path, reporter: &dyn Reporter) -> Result<Vec<Photograph>, Failure> {
     let Some(data) = photographs::folder() else {
         reporter.note("no photographs: set SHEAF_DATA to the folder with real/ciclop");
@@ -143,7 +146,7 @@ fn attempt(
     Ok(Trial { kind, calibrated, systematic_rmse_mm, parts })
 }
 
-/// Writes documents, clouds, meshes of the best model and the report; names what is where.
+/// Writes documents, clouds and meshes of the best model, and the report; returns the files with descriptions.
 fn write_results(
     out: &Path,
     capture: &Capture,
@@ -157,12 +160,12 @@ fn write_results(
     for trial in trials {
         let name = PathBuf::from(format!("cal-{}.json", trial.kind));
         write_file(&out.join(&name), trial.calibrated.document.to_json().as_bytes())?;
-        files.push((name, format!("calibration by {}", trial.kind)));
+        files.push((name, format!("calibration with {}", trial.kind)));
     }
     for part in &best.parts {
         let cloud = PathBuf::from(format!("{}.ply", part.name));
         write_cloud(&out.join(&cloud), CloudFormat::Ply, &part.scan.cloud)?;
-        files.push((cloud, format!("{} points by {}", part.scan.cloud.points.len(), best.kind)));
+        files.push((cloud, format!("{} points with {}", part.scan.cloud.points.len(), best.kind)));
         for (extension, format) in [("stl", MeshFormat::Stl), ("glb", MeshFormat::Glb)] {
             let mesh = PathBuf::from(format!("{}.{extension}", part.name));
             let triangles = write_part_mesh(&out.join(&mesh), format, &part.scan.cloud)?.triangles.len();
@@ -171,13 +174,13 @@ fn write_results(
     }
     let page = PathBuf::from("report.html");
     write_file(&out.join(&page), page::demo_page(capture, features, trials, best, photographs)?.as_bytes())?;
-    files.push((page, "report for any browser".to_owned()));
+    files.push((page, "report (HTML)".to_owned()));
     Ok(files)
 }
 
 /// The trial whose model cross-validation recommends.
 fn recommended(trials: &[Trial]) -> &Trial {
     let last = &trials[trials.len() - 1];
-    let wanted = last.calibrated.result.report.cross_validation.as_ref().map(|models| models.recommended);
-    trials.iter().find(|trial| Some(trial.kind) == wanted).unwrap_or(last)
+    let recommended = last.calibrated.result.report.cross_validation.as_ref().map(|models| models.recommended);
+    trials.iter().find(|trial| Some(trial.kind) == recommended).unwrap_or(last)
 }

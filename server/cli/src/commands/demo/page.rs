@@ -1,4 +1,4 @@
-//! The report of the demo: the three models against the truth, then everything about the best of them.
+//! The report of the demo: the three models compared with the ground truth, then details of the best one.
 
 use capture::Capture;
 use maud::{Markup, html};
@@ -8,9 +8,9 @@ use crate::inputs::photographs::{Photograph, SOURCE};
 use pipeline::Failure;
 use pipeline::Features;
 use report::calibration::calibration_sections;
+use report::labelled_images::thumbnail;
 use report::measurement;
 use report::page::{Page, Tile, figure, gallery, table, verdict};
-use report::pictures::small_picture;
 use report::plot::bars;
 use report::scan::scan_section;
 
@@ -22,14 +22,14 @@ pub fn demo_page(
     best: &Trial,
     photographs: &[Photograph],
 ) -> Result<String, Failure> {
-    let lead = "A simulated station with known truth: calibrated by three light models from the same pictures, two \
-                parts scanned and measured.";
+    let lead = "A simulated station with ground truth, calibrated with three light models from the same images; two parts \
+                scanned and measured.";
     let mut page = Page::new("Sheaf demo", lead);
     page.tiles(&tiles(best));
     page.section(
-        "Three light models against the truth",
-        "The twin knows where every ray really went. Systematic error: noise-free pixels triangulated by each \
-         calibration, depth compared with the truth.",
+        "Three light models compared with the truth",
+        "Systematic error: noise-free pixels triangulated with each calibration, compared with the true depth of the \
+         simulation.",
         comparison(trials, best),
     );
     for part in &best.parts {
@@ -52,14 +52,14 @@ fn photograph_section(page: &mut Page, photographs: &[Photograph]) -> Result<(),
         return Ok(());
     }
     let introduction = format!(
-        "Laser lines found in pictures of a real scanner in a lit room, after a picture with the laser off was \
-         taken away. {SOURCE}"
+        "Laser lines detected in photographs of a real scanner in a lit room, after subtraction of a laser-off image. \
+         {SOURCE}"
     );
-    let pictures: Vec<Markup> = photographs
+    let images: Vec<Markup> = photographs
         .iter()
-        .map(|photograph| small_picture(&photograph.picture, &photograph.caption))
+        .map(|photograph| thumbnail(&photograph.overlay, &photograph.caption))
         .collect::<Result<_, Failure>>()?;
-    page.section("Photographs", &introduction, gallery(&pictures));
+    page.section("Photographs", &introduction, gallery(&images));
     Ok(())
 }
 
@@ -67,13 +67,13 @@ fn tiles(best: &Trial) -> Vec<Tile> {
     let mut tiles = vec![Tile::new(
         format!("{:.1} µm", best.systematic_rmse_mm * 1e3),
         "systematic depth error",
-        format!("RMS against the truth, with {}", best.kind),
+        format!("RMS deviation from the truth, with {}", best.kind),
     )];
     tiles.extend(best.parts.iter().map(|part| {
         let measurement = &part.measurement;
         Tile::new(
             format!("{:.4} {}", measurement.value, measurement.unit.symbol()),
-            &format!("{} by {}", part.name, measurement.tool),
+            &format!("{}: {}", part.name, measurement.tool),
             format!(
                 "nominal {:.4}, U = {:.4} {} (k = 2)",
                 measurement.nominal.unwrap_or(0.0),
@@ -116,6 +116,6 @@ fn comparison(trials: &[Trial], best: &Trial) -> Markup {
     html! {
         (verdict(&sentence))
         (table(&head, &rows, marked))
-        (figure(bars(&entries, "µm", 1, marked), "Systematic depth error against the truth, RMS."))
+        (figure(bars(&entries, "µm", 1, marked), "Systematic depth error, RMS deviation from the truth."))
     }
 }

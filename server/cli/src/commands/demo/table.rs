@@ -1,4 +1,4 @@
-//! The three light models side by side, against the truth.
+//! The three light models side by side, compared with the truth.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use report::tables::{measurement_json, measurement_text};
 /// One line per model, then the measurements of the parts by each.
 pub fn demo_text(trials: &[Trial]) -> String {
     let mut text =
-        String::from("the three light models on the same images, compared with the truth of the twin\n\n");
+        String::from("the three light models on the same images, compared with the truth of the simulation\n\n");
     let _ = writeln!(
         text,
         "  {:<9}{:>16}{:>16}{:>22}{:>22}",
@@ -39,7 +39,7 @@ pub fn demo_text(trials: &[Trial]) -> String {
         text.push('\n');
     }
     for trial in trials {
-        let _ = writeln!(text, "\nby {}", trial.kind);
+        let _ = writeln!(text, "\nwith {}", trial.kind);
         for part in &trial.parts {
             text.push_str(&measurement_text(&part.measurement));
         }

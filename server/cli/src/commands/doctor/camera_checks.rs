@@ -9,7 +9,7 @@ use super::examination::Examination;
 use super::figures;
 use super::limits::{
     AMBIENT_PERCENT, DARK_FRAMES, DARK_NOISE_PERCENT, FEWEST_FRAMES, FRAME_WAIT, FREE_RUN_FRAMES, FREE_RUN_TIME,
-    HOT_SHARE, JITTER_US, PATTERN_PERCENT, RATE_REACHED,
+    JITTER_US, MAX_HOT_FRACTION, MIN_RATE_RATIO, PATTERN_PERCENT,
 };
 
 /// Result of a free run.
@@ -27,7 +27,7 @@ impl Examination<'_> {
         let before = self.station.status().frames_dropped.clone();
         self.runtime.block_on(self.station.live(LiveRequest { running: true, laser_power: 0.0 }))?;
         let (times_s, dark) = self.watch_frames()?;
-        // A view that a fault ended is ended.
+        // Fails if a fault has ended the live view already.
         let _ = self.runtime.block_on(self.station.live(LiveRequest { running: false, laser_power: 0.0 }));
         let status = self.station.status();
         let earlier =
@@ -47,7 +47,7 @@ impl Examination<'_> {
         Ok([rate_and_jitter(&run), vec![drops(&run)], darkness(&run)].concat())
     }
 
-    /// Times of the frames that come, and the last of them.
+    /// Times of the arriving frames, s, and the first of them as dark frames.
     fn watch_frames(&self) -> Result<(Vec<f64>, Vec<SharedFrame>), StationRefusal> {
         let mut newest = self.station.watch_frames();
         newest.mark_unchanged();
@@ -80,13 +80,13 @@ fn rate_and_jitter(run: &FreeRun) -> Vec<Check> {
         let figure = format!("{} frames in {} s", run.times_s.len(), FREE_RUN_TIME.as_secs());
         let came = run.times_s.len() as f64;
         return vec![
-            Check::held("frame rate", false, (came / FREE_RUN_TIME.as_secs_f64(), "Hz"), figure)
+            Check::measured("frame rate", false, (came / FREE_RUN_TIME.as_secs_f64(), "Hz"), figure)
                 .remedy("check cable, trigger and exposure of the camera"),
         ];
     };
-    // A camera whose rate cannot be set is held to none.
-    let least_hz = RATE_REACHED * run.set_rate_hz;
-    let rate = Check::held(
+    // A camera without a settable rate reports 0, so that there is no limit.
+    let least_hz = MIN_RATE_RATIO * run.set_rate_hz;
+    let rate = Check::measured(
         "frame rate",
         found.rate_hz >= least_hz,
         (found.rate_hz, "Hz"),
@@ -94,7 +94,7 @@ fn rate_and_jitter(run: &FreeRun) -> Vec<Check> {
     )
     .limit(format!("≥ {least_hz:.2} Hz"))
     .remedy("shorten the exposure, set a smaller region or a lower rate, or use a faster link");
-    let jitter = Check::held(
+    let jitter = Check::measured(
         "timestamp jitter",
         found.jitter_us <= JITTER_US,
         (found.jitter_us, "µs"),
@@ -110,34 +110,34 @@ fn drops(run: &FreeRun) -> Check {
     let reasons: Vec<String> = run.dropped.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
     let by_reason = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let figure = format!("{lost} of {}{by_reason}", run.times_s.len() as u64 + lost);
-    Check::held("frames lost", lost == 0, (lost as f64, "frames"), figure).limit("0").remedy(
+    Check::measured("frames lost", lost == 0, (lost as f64, "frames"), figure).limit("0").remedy(
         "check the link: jumbo frames, a dedicated port, a lower rate; a scan that loses frames is invalid",
     )
 }
 
-/// Hot pixels and fixed pattern, as a dark frame shows them.
+/// Hot pixels and fixed-pattern noise, from a dark frame.
 fn defects(dark: Option<&figures::Dark>) -> Check {
     const NAME: &str = "sensor defects";
     let Some(dark) = dark else {
-        return Check::said(NAME, Outcome::NotRun, "the image is not dark with the laser off")
-            .remedy("cover the lens to have them checked");
+        return Check::stated(NAME, Outcome::NotRun, "the image is not dark with the laser off")
+            .remedy("cover the lens to check for defects");
     };
     let figure =
         format!("{} hot pixels, fixed pattern σ {:.2} % of full scale", dark.n_hot_pixels, dark.pattern_percent);
-    let few = dark.hot_share <= HOT_SHARE && dark.pattern_percent <= PATTERN_PERCENT;
-    Check::held(NAME, few, (dark.n_hot_pixels as f64, "pixels"), figure)
-        .limit(format!("≤ {} % hot, pattern ≤ {PATTERN_PERCENT} %", 100.0 * HOT_SHARE))
-        .remedy("take a dark frame with the lens covered: the server then corrects every frame by it")
+    let few = dark.hot_fraction <= MAX_HOT_FRACTION && dark.pattern_percent <= PATTERN_PERCENT;
+    Check::measured(NAME, few, (dark.n_hot_pixels as f64, "pixels"), figure)
+        .limit(format!("≤ {} % hot, pattern ≤ {PATTERN_PERCENT} %", 100.0 * MAX_HOT_FRACTION))
+        .remedy("capture a dark frame with the lens covered; it is then subtracted from every frame")
 }
 
 fn darkness(run: &FreeRun) -> Vec<Check> {
-    let pictures: Vec<&vision::GreyImage> = run.dark.iter().map(|frame| &frame.image).collect();
-    let Some((level, noise)) = figures::dark(&pictures) else { return Vec::new() };
-    let dark = figures::dark_frame(&pictures);
-    // Hot pixels are no noise of the others.
+    let images: Vec<&vision::GreyImage> = run.dark.iter().map(|frame| &frame.image).collect();
+    let Some((level, noise)) = figures::dark(&images) else { return Vec::new() };
+    let dark = figures::dark_frame(&images);
+    // The noise is that of pixels that are not hot.
     let noise = dark.as_ref().map_or(noise, |dark| dark.noise_percent);
     vec![
-        Check::held(
+        Check::measured(
             "dark noise",
             noise <= DARK_NOISE_PERCENT,
             (noise, "% of full scale"),
@@ -145,7 +145,7 @@ fn darkness(run: &FreeRun) -> Vec<Check> {
         )
         .limit(format!("≤ {DARK_NOISE_PERCENT} %"))
         .remedy("lower the gain, or cool the camera"),
-        Check::held(
+        Check::measured(
             "ambient light",
             level <= AMBIENT_PERCENT,
             (level, "% of full scale"),

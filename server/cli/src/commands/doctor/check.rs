@@ -1,4 +1,4 @@
-//! A check and its table.
+//! Checks and their table.
 
 use std::fmt::Write as _;
 
@@ -11,12 +11,12 @@ pub enum Outcome {
     Ok,
     /// Outside its limit, or aborted by a fault.
     NotOk,
-    /// Not applicable, or something else must be fixed first.
+    /// Not applicable, or another check must pass first.
     NotRun,
 }
 
 impl Outcome {
-    fn word(self) -> &'static str {
+    fn label(self) -> &'static str {
         match self {
             Self::Ok => "ok",
             Self::NotOk => "NOT OK",
@@ -42,7 +42,7 @@ pub struct Check {
     pub outcome: Outcome,
     /// Result with units, or why there is none.
     pub figure: String,
-    /// The figure as a number, in the unit of its name in [`Check::unit`].
+    /// The result as a number, in [`Check::unit`].
     pub value: Option<f64>,
     /// Unit of `value`.
     pub unit: &'static str,
@@ -53,14 +53,14 @@ pub struct Check {
 }
 
 impl Check {
-    /// A check of a figure against a limit.
-    pub fn held(name: &'static str, is_ok: bool, (value, unit): (f64, &'static str), figure: String) -> Self {
+    /// A check of a measured value against its limit.
+    pub fn measured(name: &'static str, is_ok: bool, (value, unit): (f64, &'static str), figure: String) -> Self {
         let outcome = if is_ok { Outcome::Ok } else { Outcome::NotOk };
         Self { name, outcome, figure, value: Some(value), unit, limit: String::new(), remedy: String::new() }
     }
 
-    /// A check without a number.
-    pub fn said(name: &'static str, outcome: Outcome, figure: impl Into<String>) -> Self {
+    /// A check whose result is not a number.
+    pub fn stated(name: &'static str, outcome: Outcome, figure: impl Into<String>) -> Self {
         let figure = figure.into();
         Self { name, outcome, figure, value: None, unit: "", limit: String::new(), remedy: String::new() }
     }
@@ -81,7 +81,7 @@ impl Check {
 pub fn table(checks: &[Check]) -> String {
     let rows: Vec<[&str; 5]> = checks
         .iter()
-        .map(|check| [check.name, check.outcome.word(), &check.figure, &check.limit, &check.remedy])
+        .map(|check| [check.name, check.outcome.label(), &check.figure, &check.limit, &check.remedy])
         .collect();
     let head = ["check", "", "figure", "limit", "remedy"];
     let width =

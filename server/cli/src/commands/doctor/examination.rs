@@ -1,4 +1,4 @@
-//! The examination of a station: its checks in their order, and what they share.
+//! The examination of a station: the sequence of its checks, and what they share.
 
 use std::time::{Duration, Instant};
 
@@ -12,40 +12,40 @@ use tokio::runtime::Handle;
 use super::check::{Check, Outcome};
 use super::limits::OPENING_WAIT;
 
-/// Pause between two looks at a status that is waited for.
-const LOOK_PERIOD: Duration = Duration::from_millis(10);
+/// Period of polling the station's status.
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
-/// Longest wait for the laser's state after it was opened: it is read ten times a second.
+/// Longest wait for the laser state after opening; it is read ten times per second.
 const READING_WAIT: Duration = Duration::from_secs(1);
 
 /// Settings of the examination.
 #[derive(Debug, Clone)]
-pub struct Wanted {
-    /// Exposure, µs; `None`: as the camera is set.
+pub struct ExaminationSettings {
+    /// Exposure, µs; `None`: the current camera setting.
     pub exposure_us: Option<f64>,
-    /// Gain, dB; `None`: as the camera is set.
+    /// Gain, dB; `None`: the current camera setting.
     pub gain_db: Option<f64>,
-    /// Frames per second; `None`: as the camera is set.
+    /// Frames per second; `None`: the current camera setting.
     pub frame_rate_hz: Option<f64>,
-    /// Share of full laser power.
+    /// Laser power as a fraction of full power.
     pub power: f64,
-    /// The board by which the stage's scale is known, if it lies on the stage.
+    /// The board for checking the scale of the stage, if it lies on the stage.
     pub board: capture::Target,
     /// Whether the lines run along rows.
     pub lines_along_rows: bool,
 }
 
-/// An examination that runs.
+/// A running examination.
 pub struct Examination<'s> {
     pub station: &'s StationHandle,
-    pub wanted: &'s Wanted,
+    pub settings: &'s ExaminationSettings,
     pub cancel: &'s CancelFlag,
     pub reporter: &'s dyn Reporter,
-    /// Where the station's asynchronous answers are waited for.
+    /// Runtime for the asynchronous requests to the station.
     pub runtime: Handle,
 }
 
-/// Why an examination ended early.
+/// The examination was cancelled.
 #[derive(Debug)]
 pub struct Cancelled;
 
@@ -54,7 +54,7 @@ impl Examination<'_> {
     pub fn at_rest(&self) -> Result<Vec<Check>, Cancelled> {
         self.step("opening the devices")?;
         let mut checks = self.devices()?;
-        checks.push(self.dark_at_start());
+        checks.push(self.laser_off_at_start());
         if checks.iter().any(|check| check.name == "camera" && check.outcome == Outcome::NotOk) {
             return Ok(checks);
         }
@@ -72,16 +72,19 @@ impl Examination<'_> {
         Ok(checks)
     }
 
-    /// Says what is done now, unless it was cancelled.
-    fn step(&self, words: &str) -> Result<(), Cancelled> {
+    /// Reports the next step.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the examination was cancelled.
+    fn step(&self, text: &str) -> Result<(), Cancelled> {
         if self.cancel.is_cancelled() {
             return Err(Cancelled);
         }
-        self.reporter.note(&format!("{words} …"));
+        self.reporter.note(&format!("{text} …"));
         Ok(())
     }
 
-    /// The station in the examination's hands.
+    /// Leases the station for the examination.
     pub fn lease(&self) -> Result<StationLease, StationRefusal> {
         self.station.lease(Purpose {
             job_id: "doctor".to_owned(),
@@ -90,17 +93,17 @@ impl Examination<'_> {
         })
     }
 
-    /// How the camera is to be set.
+    /// The requested camera settings.
     pub fn camera_request(&self) -> CameraRequest {
         CameraRequest {
-            exposure_us: self.wanted.exposure_us,
-            gain_db: self.wanted.gain_db,
-            frame_rate_hz: self.wanted.frame_rate_hz,
+            exposure_us: self.settings.exposure_us,
+            gain_db: self.settings.gain_db,
+            frame_rate_hz: self.settings.frame_rate_hz,
             ..CameraRequest::default()
         }
     }
 
-    /// Checks that came to their end, or one that says why they did not.
+    /// The checks, or a single check `name` that states why they could not be finished.
     fn outcome(
         &self,
         name: &'static str,
@@ -125,10 +128,10 @@ impl Examination<'_> {
             _ => Outcome::NotOk,
         };
         let remedy = refusal.remedy().unwrap_or_default().into_owned();
-        Ok(vec![Check::said(name, outcome, refusal.to_string()).remedy(remedy)])
+        Ok(vec![Check::stated(name, outcome, refusal.to_string()).remedy(remedy)])
     }
 
-    /// Each device: which one answers, or its fault.
+    /// One check per device: its identity, or its fault.
     fn devices(&self) -> Result<Vec<Check>, Cancelled> {
         let began = Instant::now();
         loop {
@@ -142,53 +145,52 @@ impl Examination<'_> {
                 *connected || status.faults.iter().any(|fault| fault.device == *device)
             };
             if connected.iter().all(is_known) || began.elapsed() > OPENING_WAIT {
-                let check =
-                    |(name, is_connected, identity): (&'static str, bool, &devices::DeviceIdentity)| {
-                        let fault = status.faults.iter().find(|fault| fault.device == name);
-                        match fault {
-                            Some(fault) => Check::said(name, Outcome::NotOk, fault.detail.clone())
-                                .remedy(fault.remedy.clone()),
-                            None if is_connected => {
-                                let words = format!("{} {} {}", identity.driver, identity.vendor, identity.model);
-                                let words: Vec<&str> = words.split_whitespace().collect();
-                                Check::said(name, Outcome::Ok, words.join(" "))
-                            }
-                            None => Check::said(name, Outcome::NotOk, "does not respond")
-                                .remedy("check cable and power"),
+                let check = |(device, is_connected, identity): (&'static str, bool, &devices::DeviceIdentity)| {
+                    let fault = status.faults.iter().find(|fault| fault.device == device);
+                    match fault {
+                        Some(fault) => Check::stated(device, Outcome::NotOk, fault.detail.clone())
+                            .remedy(fault.remedy.clone()),
+                        None if is_connected => {
+                            let name = format!("{} {} {}", identity.driver, identity.vendor, identity.model);
+                            let parts: Vec<&str> = name.split_whitespace().collect();
+                            Check::stated(device, Outcome::Ok, parts.join(" "))
                         }
-                    };
+                        None => Check::stated(device, Outcome::NotOk, "does not respond")
+                            .remedy("check cable and power"),
+                    }
+                };
                 return Ok(connected.map(check).to_vec());
             }
             if self.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            std::thread::sleep(LOOK_PERIOD);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 
-    fn dark_at_start(&self) -> Check {
+    fn laser_off_at_start(&self) -> Check {
         const NAME: &str = "laser off at the start";
-        // Unknown until it was read once.
+        // Unknown until the first reading.
         self.wait_until(READING_WAIT, || self.station.status().laser_light != LaserLight::Unknown);
         match self.station.status().laser_light {
-            LaserLight::Off | LaserLight::Armed => Check::said(NAME, Outcome::Ok, "off"),
-            LaserLight::NotControlled => Check::said(NAME, Outcome::NotRun, "not controlled by the station")
+            LaserLight::Off | LaserLight::Armed => Check::stated(NAME, Outcome::Ok, "off"),
+            LaserLight::NotControlled => Check::stated(NAME, Outcome::NotRun, "not controlled by the station")
                 .remedy("the station cannot turn this laser off: ensure safety by other means"),
-            LaserLight::On => Check::said(NAME, Outcome::NotOk, "on")
+            LaserLight::On => Check::stated(NAME, Outcome::NotOk, "on")
                 .remedy("switch off the power supply of the laser, and check its driver"),
-            LaserLight::Unknown => Check::said(NAME, Outcome::NotOk, "unknown")
+            LaserLight::Unknown => Check::stated(NAME, Outcome::NotOk, "unknown")
                 .remedy("treat it as on, and check the cable of its controller"),
         }
     }
 
-    /// Waits until the status holds, at most so long; how long that took.
+    /// Polls until `holds` returns true and returns the time this took; `None` after `limit` or if cancelled.
     pub fn wait_until(&self, limit: Duration, holds: impl Fn() -> bool) -> Option<Duration> {
         let began = Instant::now();
         while !holds() {
             if began.elapsed() > limit || self.cancel.is_cancelled() {
                 return None;
             }
-            std::thread::sleep(LOOK_PERIOD);
+            std::thread::sleep(POLL_PERIOD);
         }
         Some(began.elapsed())
     }

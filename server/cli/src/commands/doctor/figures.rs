@@ -1,22 +1,22 @@
-//! Figures of frames and pictures: functions of what was seen.
+//! Figures computed from frame times and images.
 
 use calibration::BoardGeometry;
 use nalgebra::Vector2;
 use vision::{BoardCorners, DarkFrameAccumulator, GreyImage};
 
-/// Rate and steadiness of a free run.
+/// Frame rate and jitter of a free run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
-    /// Exposures per second; those that were lost count.
+    /// Exposures per second, including lost ones.
     pub rate_hz: f64,
-    /// Standard deviation of the frames' times about that rate, µs.
+    /// Standard deviation of the frame times about a constant rate, µs.
     pub jitter_us: f64,
 }
 
-/// Rate and steadiness from the times of frames, s. Frames may be missing: each is numbered by the nearest multiple of the
-/// median interval after the one before it.
+/// Frame rate and jitter from the times of frames, s, by linear regression. Frames may be missing: the distance between two
+/// frames is rounded to a multiple of the median interval.
 ///
-/// `None` with fewer than three frames, or without time between them.
+/// `None` with fewer than three frames, or if the median interval is not positive.
 pub fn rate(times_s: &[f64]) -> Option<Rate> {
     let mut intervals: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     intervals.sort_by(f64::total_cmp);
@@ -41,17 +41,17 @@ pub fn rate(times_s: &[f64]) -> Option<Rate> {
     Some(Rate { rate_hz: 1.0 / slope, jitter_us })
 }
 
-/// Mean level and noise of a pixel over pictures of the same scene, percent of full scale; `None` with fewer than two, or
-/// of different sizes.
-pub fn dark(pictures: &[&GreyImage]) -> Option<(f64, f64)> {
-    let first = pictures.first()?;
-    if pictures.len() < 2 || pictures.iter().any(|picture| !is_alike(picture, first)) {
+/// Mean level and temporal noise of a pixel over images of the same scene, percent of full scale; `None` with fewer than
+/// two images, or if their sizes differ.
+pub fn dark(images: &[&GreyImage]) -> Option<(f64, f64)> {
+    let first = images.first()?;
+    if images.len() < 2 || images.iter().any(|image| !same_format(image, first)) {
         return None;
     }
-    let n = pictures.len() as f64;
+    let n = images.len() as f64;
     let (mut level, mut variance) = (0.0, 0.0);
     for (u, v) in pixels(first) {
-        let values = pictures.iter().map(|picture| f64::from(picture.at(u, v)));
+        let values = images.iter().map(|image| f64::from(image.at(u, v)));
         let (sum, squares) =
             values.fold((0.0, 0.0), |(sum, squares), value| (sum + value, squares + value * value));
         level += sum / n;
@@ -62,34 +62,35 @@ pub fn dark(pictures: &[&GreyImage]) -> Option<(f64, f64)> {
     Some((level / n_pixels * percent, (variance / n_pixels).max(0.0).sqrt() * percent))
 }
 
-/// What a dark frame of some pictures says about the sensor, percent of full scale.
+/// Sensor figures from a dark frame, percent of full scale.
 #[derive(Debug, Clone, Copy)]
 pub struct Dark {
     /// Noise of a pixel that is not hot.
     pub noise_percent: f64,
     /// Standard deviation of the fixed pattern.
     pub pattern_percent: f64,
+    /// Number of hot pixels.
     pub n_hot_pixels: usize,
-    /// Hot pixels, share of all.
-    pub hot_share: f64,
+    /// Fraction of hot pixels.
+    pub hot_fraction: f64,
 }
 
-/// The dark frame of pictures; `None` if they are too few or show light.
-pub fn dark_frame(pictures: &[&GreyImage]) -> Option<Dark> {
+/// Figures of the dark frame of these images; `None` if they are too few or show light.
+pub fn dark_frame(images: &[&GreyImage]) -> Option<Dark> {
     let mut frames = DarkFrameAccumulator::default();
-    pictures.iter().try_for_each(|picture| frames.add(picture)).ok()?;
+    images.iter().try_for_each(|image| frames.add(image)).ok()?;
     let dark = frames.finish().ok()?;
     let (figures, n_hot_pixels) = (dark.statistics(), dark.hot_pixels().len());
-    let percent = 100.0 / f64::from(pictures.first()?.full_scale());
+    let percent = 100.0 / f64::from(images.first()?.full_scale());
     Some(Dark {
         noise_percent: figures.noise * percent,
         pattern_percent: figures.pattern * percent,
         n_hot_pixels,
-        hot_share: n_hot_pixels as f64 / (dark.width() * dark.height()) as f64,
+        hot_fraction: n_hot_pixels as f64 / (dark.width() * dark.height()) as f64,
     })
 }
 
-/// A scene with the laser on and off at one exposure.
+/// Images of a scene with the laser on and off at one exposure.
 #[derive(Debug)]
 pub struct Pair<'p> {
     pub exposure_us: f64,
@@ -98,31 +99,31 @@ pub struct Pair<'p> {
 }
 
 impl Pair<'_> {
-    /// What the laser adds to a pixel.
+    /// Light of the laser at a pixel, grey levels.
     fn light(&self, u: usize, v: usize) -> f64 {
         f64::from(self.lit.at(u, v)) - f64::from(self.dark.at(u, v))
     }
 }
 
-/// The pixels whose light at this exposure lies between two shares of full scale, percent; none saturated.
+/// The unsaturated pixels whose laser light at this exposure lies between two limits, percent of full scale.
 pub fn responding(pair: &Pair, (least, most): (f64, f64)) -> Vec<(usize, usize)> {
     let full = f64::from(pair.lit.full_scale());
     let responds = |&(u, v): &(usize, usize)| {
-        let share = 100.0 * pair.light(u, v) / full;
-        (least..=most).contains(&share) && 100.0 * f64::from(pair.lit.at(u, v)) <= most * full
+        let percent = 100.0 * pair.light(u, v) / full;
+        (least..=most).contains(&percent) && 100.0 * f64::from(pair.lit.at(u, v)) <= most * full
     };
     pixels(pair.lit).filter(responds).collect()
 }
 
-/// By how much the light at the exposure of `other` deviates from that of `full` in proportion to time, percent, summed over
-/// pixels; `None` without light.
+/// Deviation of the light at the exposure of `other` from proportionality to that of `full`, percent, summed over pixels;
+/// `None` without light.
 pub fn nonlinearity_percent(full: &Pair, other: &Pair, pixels: &[(usize, usize)]) -> Option<f64> {
     let light = |pair: &Pair| pixels.iter().map(|&(u, v)| pair.light(u, v)).sum::<f64>();
     let expected = light(full) * other.exposure_us / full.exposure_us;
     (expected > 0.0).then(|| 100.0 * (light(other) / expected - 1.0))
 }
 
-/// How much of the laser's light in `pair` is left in `after`, percent, summed over pixels; `None` without light.
+/// Laser light that remains in `after`, percent of that in `pair`, summed over pixels; `None` without light.
 pub fn light_left_percent(pair: &Pair, after: &GreyImage, pixels: &[(usize, usize)]) -> Option<f64> {
     let light = pixels.iter().map(|&(u, v)| pair.light(u, v)).sum::<f64>();
     let left = Pair { lit: after, ..*pair };
@@ -130,12 +131,16 @@ pub fn light_left_percent(pair: &Pair, after: &GreyImage, pixels: &[(usize, usiz
     (light > 0.0).then(|| 100.0 * left / light)
 }
 
-/// The way of a board between two pictures, in its own plane, mm: mean over its corners, and their scatter.
+/// Displacement of a board between two images, in its own plane, mm: mean over its corners, and their scatter.
 ///
-/// The first picture gives the mapping from the board to pixels; where a corner lies in the second is looked up in it.
-/// What moves out of the board's plane is not seen. The lens is taken to be straight. `None` with fewer than eight corners
-/// in common, or if they do not lie on a plane.
-pub fn way_of_board(before: &BoardCorners, after: &BoardCorners, geometry: &BoardGeometry) -> Option<(f64, f64)> {
+/// The homography from the first image maps the corners of the second to the board. Motion out of the plane of the board is
+/// not measured, and lens distortion is neglected. `None` with fewer than eight corners in either image, or if the
+/// homography is degenerate.
+pub fn board_displacement(
+    before: &BoardCorners,
+    after: &BoardCorners,
+    geometry: &BoardGeometry,
+) -> Option<(f64, f64)> {
     const FEWEST: usize = 8;
     let corners = |board: &BoardCorners| -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
         let corner = |corner: &vision::Corner| {
@@ -149,7 +154,7 @@ pub fn way_of_board(before: &BoardCorners, after: &BoardCorners, geometry: &Boar
         return None;
     }
     let board_from_pixel = calibration::homography_from_points(&board_before, &pixels_before)?.try_inverse()?;
-    let ways: Vec<Vector2<f64>> = board_after
+    let displacements: Vec<Vector2<f64>> = board_after
         .iter()
         .zip(&pixels_after)
         .map(|(board, pixel)| {
@@ -157,8 +162,9 @@ pub fn way_of_board(before: &BoardCorners, after: &BoardCorners, geometry: &Boar
             seen.xy() / seen.z - board
         })
         .collect();
-    let mean = ways.iter().sum::<Vector2<f64>>() / ways.len() as f64;
-    let variance = ways.iter().map(|way| (way - mean).norm_squared()).sum::<f64>() / ways.len() as f64;
+    let mean = displacements.iter().sum::<Vector2<f64>>() / displacements.len() as f64;
+    let variance = displacements.iter().map(|displacement| (displacement - mean).norm_squared()).sum::<f64>()
+        / displacements.len() as f64;
     Some((mean.norm(), variance.sqrt()))
 }
 
@@ -167,8 +173,8 @@ fn pixels(image: &GreyImage) -> impl Iterator<Item = (usize, usize)> + use<> {
     (0..height).flat_map(move |v| (0..width).map(move |u| (u, v)))
 }
 
-/// Whether two pictures can be compared pixel by pixel.
-pub fn is_alike(a: &GreyImage, b: &GreyImage) -> bool {
+/// Whether two images have the same size and bit depth.
+pub fn same_format(a: &GreyImage, b: &GreyImage) -> bool {
     (a.width(), a.height(), a.bit_depth()) == (b.width(), b.height(), b.bit_depth())
 }
 
@@ -183,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_camera_has_its_rate_whatever_is_missing() {
+    fn the_rate_of_a_steady_camera_does_not_depend_on_missing_frames() {
         let all: Vec<f64> = (0..60).map(|n| 5.0 + f64::from(n) * 0.04).collect();
         let some: Vec<f64> = all.iter().enumerate().filter(|(n, _)| n % 7 != 3).map(|(_, time)| *time).collect();
         for times in [all, some] {
@@ -195,18 +201,18 @@ mod tests {
     }
 
     #[test]
-    fn jitter_is_the_scatter_of_the_times() {
+    fn jitter_is_the_standard_deviation_of_the_frame_times() {
         // Every other frame 0.3 ms late: ±0.15 ms about a steady rate.
         let times: Vec<f64> =
             (0..200).map(|n| f64::from(n) * 0.02 + if n % 2 == 0 { 3e-4 } else { 0.0 }).collect();
         let found = rate(&times).unwrap();
-        // Two fitted numbers of two hundred make half a percent.
+        // Two fitted parameters out of two hundred samples: half a percent.
         assert!((found.jitter_us - 150.0).abs() < 2.0 && (found.rate_hz - 50.0).abs() < 0.01, "{found:?}");
     }
 
     #[test]
-    fn noise_is_what_changes_from_picture_to_picture() {
-        // A pattern that stays, and ±2 levels that change: σ of two values four apart is √8 levels.
+    fn noise_is_the_variation_between_images() {
+        // A constant pattern, and a change of 4 levels: σ of two values four apart is √8 levels.
         let (a, b) = (image(|at| 20 + (at % 50) as u8), image(|at| 24 + (at % 50) as u8));
         let (level, noise) = dark(&[&a, &b]).unwrap();
         assert!((noise - 8.0_f64.sqrt() / 2.55).abs() < 1e-9, "{noise}");
@@ -214,17 +220,17 @@ mod tests {
         assert_eq!(dark(&[&a]), None);
     }
 
-    /// A scene of many brightnesses under light, by a response curve.
+    /// A scene of many brightnesses, imaged with a response curve.
     fn scene(exposure: f64, response: impl Fn(f64) -> f64) -> GreyImage {
         image(|at| (255.0 * response(at as f64 / 400.0 * exposure)).round() as u8)
     }
 
     #[test]
-    fn a_response_in_proportion_to_time_has_no_nonlinearity_and_a_gamma_curve_has() {
+    fn a_proportional_response_is_linear_and_a_gamma_curve_is_not() {
         let dark = image(|_| 0);
         for (gamma, expected) in [(1.0, 0.0), (2.2, 100.0 * (0.25_f64.powf(1.0 / 2.2) / 0.25 - 1.0))] {
-            let picture = |exposure| scene(exposure, |light| light.powf(1.0 / gamma));
-            let (long, short) = (picture(1.0), picture(0.25));
+            let image = |exposure| scene(exposure, |light| light.powf(1.0 / gamma));
+            let (long, short) = (image(1.0), image(0.25));
             let full = Pair { exposure_us: 1000.0, lit: &long, dark: &dark };
             let other = Pair { exposure_us: 250.0, lit: &short, dark: &dark };
             let pixels = responding(&full, (15.0, 85.0));
@@ -236,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn light_that_is_left_is_a_share_of_what_there_was() {
+    fn remaining_light_is_relative_to_the_light_before() {
         let (dark, lit, after) = (image(|_| 10), image(|_| 110), image(|_| 30));
         let pair = Pair { exposure_us: 1000.0, lit: &lit, dark: &dark };
         let pixels = responding(&pair, (15.0, 85.0));
@@ -244,10 +250,10 @@ mod tests {
         assert_eq!(light_left_percent(&pair, &after, &[]), None);
     }
 
-    /// Corners of a board seen aslant, moved by `way_mm` in its plane.
-    fn seen(way_mm: Vector2<f64>) -> BoardCorners {
+    /// Corners of a board in an oblique view, displaced by `shift_mm` in its plane.
+    fn corners_at(shift_mm: Vector2<f64>) -> BoardCorners {
         let corner = |row: usize, column: usize| {
-            let at = Vector2::new(column as f64, row as f64) * 12.0 + way_mm;
+            let at = Vector2::new(column as f64, row as f64) * 12.0 + shift_mm;
             let depth = 1.0 + 0.002 * at.x - 0.001 * at.y;
             Corner {
                 row,
@@ -269,11 +275,12 @@ mod tests {
     };
 
     #[test]
-    fn the_way_of_a_board_is_that_in_its_plane_however_it_is_seen() {
-        let way = Vector2::new(9.0, -4.0);
-        let (length, scatter) = way_of_board(&seen(Vector2::zeros()), &seen(way), &BOARD).unwrap();
-        assert!((length - way.norm()).abs() < 1e-6 && scatter < 1e-6, "{length} {scatter}");
-        let few = BoardCorners { corners: seen(way).corners[..7].to_vec(), ..seen(way) };
-        assert_eq!(way_of_board(&few, &seen(way), &BOARD), None);
+    fn the_displacement_of_a_board_is_measured_in_its_plane_in_an_oblique_view() {
+        let shift = Vector2::new(9.0, -4.0);
+        let (length, scatter) =
+            board_displacement(&corners_at(Vector2::zeros()), &corners_at(shift), &BOARD).unwrap();
+        assert!((length - shift.norm()).abs() < 1e-6 && scatter < 1e-6, "{length} {scatter}");
+        let few = BoardCorners { corners: corners_at(shift).corners[..7].to_vec(), ..corners_at(shift) };
+        assert_eq!(board_displacement(&few, &corners_at(shift), &BOARD), None);
     }
 }

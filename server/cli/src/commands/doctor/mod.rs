@@ -24,16 +24,16 @@ use crate::arguments::DoctorArgs;
 use crate::commands::Answer;
 use crate::commands::service::config::effective_of;
 use check::{Check, Outcome};
-use examination::{Cancelled, Examination, Wanted};
+use examination::{Cancelled, Examination, ExaminationSettings};
 use limits::MOVE_MM;
 
-/// Longest time that threads may take to end after the station is dark and at rest: one may wait at the prompt.
+/// Longest time for threads to end once laser and motion are off; one may be waiting at the prompt.
 const END_LIMIT: std::time::Duration = std::time::Duration::from_millis(200);
 
-/// Examines the configured station; ends with the table.
+/// Examines the configured station; the output is the table.
 pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let config = effective_of(&args.settings)?.config.app;
-    let wanted = Wanted {
+    let settings = ExaminationSettings {
         exposure_us: args.exposure_us,
         gain_db: args.gain_db,
         frame_rate_hz: args.frame_rate_hz,
@@ -48,24 +48,24 @@ pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure
     watch_signals(&runtime, station.clone(), cancel.clone())?;
     let examination = Examination {
         station: &station,
-        wanted: &wanted,
+        settings: &settings,
         cancel: &cancel,
         reporter,
         runtime: runtime.handle().clone(),
     };
     let yes = args.yes;
-    let checks = examine(&examination, || yes || is_agreed(&wanted));
+    let checks = examine(&examination, || yes || has_consent(&settings));
     station.shut_down();
     runtime.shutdown_timeout(END_LIMIT);
     match checks {
         Ok(checks) => Ok(answer(&checks)),
         Err(Cancelled) => {
-            Err(Failure::cancelled().remedy("the laser is off and the stage is at rest; start it again"))
+            Err(Failure::cancelled().remedy("the laser is off and the stage is at rest; run the command again"))
         }
     }
 }
 
-/// The whole examination; `may_use_laser_and_motion` is asked in between.
+/// The whole examination; `may_use_laser_and_motion` is called between its two parts.
 fn examine(
     examination: &Examination,
     may_use_laser_and_motion: impl FnOnce() -> bool,
@@ -79,13 +79,13 @@ fn examine(
     } else if may_use_laser_and_motion() {
         checks.extend(examination.emitting_and_moving()?);
     } else {
-        checks.push(not_run("not agreed to", "answer y, or give --yes"));
+        checks.push(not_run("no consent", "answer y, or give --yes"));
     }
     if examination.cancel.is_cancelled() { Err(Cancelled) } else { Ok(checks) }
 }
 
 fn not_run(why: &str, remedy: &str) -> Check {
-    Check::said("laser and motion", Outcome::NotRun, why).remedy(remedy)
+    Check::stated("laser and motion", Outcome::NotRun, why).remedy(remedy)
 }
 
 fn answer(checks: &[Check]) -> Answer {
@@ -94,12 +94,12 @@ fn answer(checks: &[Check]) -> Answer {
     Answer { text: check::table(checks), json: check::to_json(checks), exit }
 }
 
-/// Asks the person; anything but a yes is a no.
-fn is_agreed(wanted: &Wanted) -> bool {
+/// Asks for consent; anything but yes means no.
+fn has_consent(settings: &ExaminationSettings) -> bool {
     eprint!(
-        "\nThe laser will be on with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
-         Check that the area is clear and that eyes are safe. Go on? [y/N] ",
-        100.0 * wanted.power
+        "\nThe laser will be turned on at {:.0} % power, and the stage will home and move by {MOVE_MM} mm.\n\
+         Check that the area is clear and eyes are protected. Continue? [y/N] ",
+        100.0 * settings.power
     );
     let _ = std::io::stderr().flush();
     let mut line = String::new();
@@ -107,8 +107,8 @@ fn is_agreed(wanted: &Wanted) -> bool {
     is_read && matches!(line.trim().to_ascii_lowercase().as_str(), "y" | "yes")
 }
 
-/// Stops the station at the first signal: at once, whatever it does. One that comes at the prompt ends the process, since
-/// the answer is no longer read.
+/// Stops the station immediately at the first signal. At the prompt, a signal also ends the process, since the thread that
+/// reads the answer cannot be interrupted.
 fn watch_signals(
     runtime: &tokio::runtime::Runtime,
     station: StationHandle,
@@ -125,7 +125,7 @@ fn watch_signals(
             _ = terminate.recv() => {}
         }
         stop(&station, &cancel).await;
-        // The examination ends within this time, unless it waits for an answer.
+        // The examination ends within this time unless it waits at the prompt.
         tokio::time::sleep(END_LIMIT * 10).await;
         station.shut_down();
         eprintln!("\ncancelled: the laser is off and the stage is at rest");
@@ -137,6 +137,6 @@ fn watch_signals(
 /// Turns the laser off, stops the stage and lets the examination end.
 async fn stop(station: &StationHandle, cancel: &CancelFlag) {
     cancel.cancel();
-    // One that has ended is dark and at rest.
+    // Fails only if the station has ended, with laser and motion off.
     let _ = station.stop("Ctrl-C").await;
 }

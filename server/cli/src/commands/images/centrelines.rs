@@ -1,4 +1,4 @@
-//! `sheaf centrelines`: laser lines of images, one CSV each, and pictures of what was found.
+//! `sheaf centrelines`: extracts the laser lines of images, as one CSV per image and overlay images.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -14,22 +14,22 @@ use crate::answer::output::{create_folder, file_names_after, write_file};
 use crate::arguments::CentrelinesArgs;
 use crate::commands::{Answer, failed_entry, with_failures};
 use pipeline::{Background, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
-use report::picture::{encode_png, overlay_by_segment};
+use report::raster::{encode_png, overlay_by_segment};
 
-/// What is added to an image's name for the picture of its lines beside its table, so that no photograph is written over.
-const BESIDE_TABLE: &str = "-lines.png";
+/// Suffix of overlay images beside the CSV files; it prevents overwriting an input image.
+const OVERLAY_SUFFIX: &str = "-lines.png";
 
-/// Finds the lines of every image. What an image shows besides, or does not show, is said in words.
+/// Extracts the lines of every image; findings about an image are reported as warnings.
 pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let Job { images, backgrounds } = Job::new(args)?;
     let csv_folder = args.csv.as_ref().or(args.output.as_ref());
-    let picture_folder = args.picture.as_ref().or(args.output.as_ref());
-    for folder in [csv_folder, picture_folder].into_iter().flatten() {
+    let overlay_folder = args.overlay.as_ref().or(args.output.as_ref());
+    for folder in [csv_folder, overlay_folder].into_iter().flatten() {
         create_folder(folder)?;
     }
     let csv_paths = csv_folder.map(|folder| paths_in(folder, &images, ".csv"));
-    let ending = if args.picture.is_some() { ".png" } else { BESIDE_TABLE };
-    let picture_paths = picture_folder.map(|folder| paths_in(folder, &images, ending));
+    let ending = if args.overlay.is_some() { ".png" } else { OVERLAY_SUFFIX };
+    let overlay_paths = overlay_folder.map(|folder| paths_in(folder, &images, ending));
     let directions = args.direction.into();
     let laser = channel_of(args.channel, &images, |idx| backgrounds.of(idx), directions);
     let search = LineSearch {
@@ -47,23 +47,23 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
             let background = backgrounds.of(idx)?;
             let found = lines_of(&images[idx], background.as_deref(), &search)?;
             let csv = csv_paths.as_ref().map(|paths| paths[idx].as_path());
-            let picture = picture_paths.as_ref().map(|paths| paths[idx].as_path());
-            write(&found, csv, picture)?;
+            let overlay = overlay_paths.as_ref().map(|paths| paths[idx].as_path());
+            write(&found, csv, overlay)?;
             task.step();
             Ok(ImageResult::of(&found))
         })
         .collect();
     drop(task);
-    let place = |paths: &Option<Vec<PathBuf>>, idx: usize| paths.as_ref().map(|paths| paths[idx].clone());
+    let path_of = |paths: &Option<Vec<PathBuf>>, idx: usize| paths.as_ref().map(|paths| paths[idx].clone());
     let mut text = format!("{laser}\n");
     let mut entries: Vec<Value> = Vec::new();
     let (mut failures, mut n_points, mut has_light, mut qualities) = (Vec::new(), 0, false, Vec::new());
     for (idx, (image, result)) in images.iter().zip(found).enumerate() {
         match result {
             Ok(result) => {
-                let (csv, picture) = (place(&csv_paths, idx), place(&picture_paths, idx));
+                let (csv, overlay) = (path_of(&csv_paths, idx), path_of(&overlay_paths, idx));
                 let to =
-                    csv.as_ref().or(picture.as_ref()).map(|path| path.display().to_string()).unwrap_or_default();
+                    csv.as_ref().or(overlay.as_ref()).map(|path| path.display().to_string()).unwrap_or_default();
                 let _ = writeln!(
                     text,
                     "{}: {} points in {} segments → {to}",
@@ -77,7 +77,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                 }
                 qualities.extend(result.jpeg_quality);
                 n_points += result.n_points;
-                entries.push(result.json(image, csv, picture));
+                entries.push(result.json(image, csv, overlay));
             }
             Err(failure) => {
                 entries.push(failed_entry(image, &failure));
@@ -86,7 +86,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
         }
     }
     if let Some(warning) = lossy_warning(&qualities) {
-        reporter.warn(&format!("{warning}; faint ripples are left out (--min-contrast)"));
+        reporter.warn(&format!("{warning}; segments of low contrast are ignored (--min-contrast)"));
     }
     let mut answer = with_failures(text, json!({ "channel": channel_json(&laser) }), entries, &failures);
     if answer.exit == Exit::Done && n_points == 0 && has_light {
@@ -95,7 +95,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     Ok(answer)
 }
 
-/// The images, and where the laser is off.
+/// The images and their laser-off images.
 struct Job {
     images: Vec<PathBuf>,
     backgrounds: Backgrounds,
@@ -103,9 +103,9 @@ struct Job {
 
 enum Backgrounds {
     None,
-    /// One for all.
+    /// One for all images.
     One(Arc<Background>),
-    /// One for each, read when it is needed.
+    /// One per image, read when it is needed.
     Each(Vec<PathBuf>),
 }
 
@@ -140,7 +140,7 @@ impl Job {
     }
 }
 
-/// A list of pairs: laser on, laser off, one pair a line, relative to the list's folder.
+/// A list of pairs, one `LASER_ON,LASER_OFF` per line, relative to the folder of the list.
 fn read_pairs(list: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Failure> {
     let text = std::fs::read_to_string(list).map_err(|error| {
         Failure::bad_input(format!("cannot read {}", list.display())).in_file(list).because(&error)
@@ -153,19 +153,19 @@ fn read_pairs(list: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Failure> {
             _ => Err(Failure::bad_input(format!("{}, line {}: \"{row}\" is not a pair", list.display(), idx + 1))
                 .in_file(list)
                 .at_entry(format!("line {}", idx + 1))
-                .remedy("write two file names with a comma between them: laser on, laser off")),
+                .remedy("write two file names separated by a comma: LASER_ON,LASER_OFF")),
         })
         .collect();
     let pairs = pairs?;
     if pairs.is_empty() {
-        return Err(Failure::bad_input(format!("{} names no pair", list.display()))
+        return Err(Failure::bad_input(format!("{} contains no pair", list.display()))
             .in_file(list)
-            .remedy("write one pair a line: laser on, laser off"));
+            .remedy("write one pair per line: LASER_ON,LASER_OFF"));
     }
     Ok(pairs.into_iter().unzip())
 }
 
-/// What was found in an image, without its points.
+/// Result of an image, without its points.
 struct ImageResult {
     n_points: usize,
     n_segments: usize,
@@ -184,29 +184,29 @@ impl ImageResult {
         }
     }
 
-    fn json(&self, image: &Path, csv: Option<PathBuf>, picture: Option<PathBuf>) -> Value {
+    fn json(&self, image: &Path, csv: Option<PathBuf>, overlay: Option<PathBuf>) -> Value {
         let findings: Vec<Value> = self
             .findings
             .iter()
             .map(|finding| json!({ "kind": finding.kind(), "text": finding.to_string() }))
             .collect();
-        json!({ "image": image, "csv": csv, "picture": picture, "n_points": self.n_points,
+        json!({ "image": image, "csv": csv, "overlay": overlay, "n_points": self.n_points,
             "n_segments": self.n_segments, "findings": findings, "lossy": self.jpeg_quality.is_some(),
             "jpeg_quality": self.jpeg_quality })
     }
 }
 
-/// The channel of a capture in colour, in one line.
+/// The channel used for a colour capture, as one line; empty for grey images.
 pub fn channel_text(capture: &Capture) -> String {
     let laser = capture.laser_channel();
     if laser.basis == ChannelBasis::GreyImages { String::new() } else { format!("{laser}\n") }
 }
 
-/// The channel and why it is this one.
+/// The channel as JSON, with the basis of its selection.
 pub fn channel_json(laser: &LaserChannel) -> Value {
     let (basis, scores) = match &laser.basis {
         ChannelBasis::Given => ("given", None),
-        ChannelBasis::GreyImages => ("grey_pictures", None),
+        ChannelBasis::GreyImages => ("grey_images", None),
         ChannelBasis::Decided { scores, .. } => ("auto", Some(scores)),
     };
     let scores: Option<Vec<Value>> = scores.map(|scores| {
@@ -216,7 +216,7 @@ pub fn channel_json(laser: &LaserChannel) -> Value {
         };
         scores.iter().map(score).collect()
     });
-    json!({ "name": laser.channel.name(), "basis": basis, "views": scores })
+    json!({ "name": laser.channel.name(), "basis": basis, "scores": scores })
 }
 
 fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {
@@ -224,12 +224,12 @@ fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {
     names.into_iter().map(|name| folder.join(format!("{}{ending}", name.trim_end_matches('.')))).collect()
 }
 
-fn write(found: &FoundLines, csv_path: Option<&Path>, picture_path: Option<&Path>) -> Result<(), Failure> {
+fn write(found: &FoundLines, csv_path: Option<&Path>, overlay_path: Option<&Path>) -> Result<(), Failure> {
     if let Some(csv_path) = csv_path {
         write_file(csv_path, csv(&found.lines).as_bytes())?;
     }
-    if let Some(picture_path) = picture_path {
-        write_file(picture_path, &encode_png(&overlay_by_segment(&found.image, &found.lines))?)?;
+    if let Some(overlay_path) = overlay_path {
+        write_file(overlay_path, &encode_png(&overlay_by_segment(&found.image, &found.lines))?)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `sheaf corners`: corners of boards, or centres of circle grids, in images; one CSV each.
+//! `sheaf corners`: detects corners of boards, or centres of circle grids, in images, as one CSV per image.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::arguments::{CornersArgs, TargetKind};
 use crate::commands::{Answer, failed_entry, with_failures};
 use pipeline::{Failure, FailureKind, Reporter, find_board};
 
-/// Finds the corners of every image; images without a readable board are named, the others are written and reported.
+/// Detects the corners in every image; images without a readable board are reported by name, the others are written.
 pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let target = target(args)?;
     create_folder(&args.csv)?;
@@ -57,7 +57,7 @@ pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
     Ok(with_failures(text, json!({}), images, &failures))
 }
 
-/// The board whose squares, or steps, are 1 mm: only the calibration needs their size.
+/// The board with a square size of 1 mm: only calibration needs the real size.
 fn target(args: &CornersArgs) -> Result<Target, Failure> {
     let (columns, rows) = (args.columns, args.rows);
     let wrong = |what: &str, remedy: &str| {
@@ -67,14 +67,14 @@ fn target(args: &CornersArgs) -> Result<Target, Failure> {
     let circles = CirclesTarget { columns, rows, square_mm, diameter_mm: 0.5 };
     match args.kind {
         TargetKind::Charuco if columns < 3 || rows < 3 => {
-            wrong("a ChArUco board has at least 3 columns and 3 rows", "count the squares")
+            wrong("a ChArUco board has at least 3 columns and 3 rows of squares", "count the squares")
         }
         _ if columns < 2 || rows < 2 => wrong(
             "a board has at least 2 inner columns and 2 inner rows",
             "count the corners where four squares meet, not the squares",
         ),
-        TargetKind::Charuco if !(args.marker_share > 0.0 && args.marker_share < 1.0) => {
-            wrong("--marker-share is above 0 and below 1", "measure marker and square")
+        TargetKind::Charuco if !(args.marker_ratio > 0.0 && args.marker_ratio < 1.0) => {
+            wrong("--marker-ratio must be above 0 and below 1", "measure marker and square")
         }
         TargetKind::Chessboard => {
             Ok(ChessboardTarget { inner_columns: columns, inner_rows: rows, square_mm }.into())
@@ -82,13 +82,13 @@ fn target(args: &CornersArgs) -> Result<Target, Failure> {
         TargetKind::Charuco => {
             let dictionary = args.dictionary.clone();
             let params =
-                CharucoParams { columns, rows, marker_share: args.marker_share, dictionary: dictionary.clone() };
+                CharucoParams { columns, rows, marker_ratio: args.marker_ratio, dictionary: dictionary.clone() };
             params.check().map_err(|error| Failure::new(FailureKind::BadParameter, error.to_string()))?;
             Ok(Target::Charuco(CharucoTarget {
                 columns,
                 rows,
                 square_mm,
-                marker_mm: args.marker_share,
+                marker_mm: args.marker_ratio,
                 dictionary,
             }))
         }

@@ -1,4 +1,4 @@
-//! `sheaf target`: a calibration board to print, true to scale.
+//! `sheaf target`: writes a calibration board for printing at true scale.
 
 use capture::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
 use pipeline::{Failure, FailureKind, Reporter};
@@ -9,14 +9,14 @@ use crate::answer::output::write_file;
 use crate::arguments::{TargetArgs, TargetKind};
 use crate::commands::Answer;
 
-/// Share of a white square that its marker takes: room for the corners, and still large enough to be read.
-const MARKER_SHARE: f64 = 0.7;
+/// Ratio of marker size to square size: leaves room for corner detection while the marker remains readable.
+const MARKER_RATIO: f64 = 0.7;
 
-/// Diameter of a disc over the step of its grid: large, for centres are as good as rims are long, and with room for a
-/// blurred rim.
-const CIRCLE_SHARE: f64 = 0.6;
-/// The same of an asymmetric grid, whose discs are 1.4 steps apart.
-const ASYMMETRIC_CIRCLE_SHARE: f64 = 0.85;
+/// Ratio of disc diameter to grid spacing: large, since the accuracy of a centre grows with the length of the edge, but with
+/// room for a blurred edge.
+const CIRCLE_RATIO: f64 = 0.6;
+/// The same for an asymmetric grid, whose discs are 1.4 row spacings apart.
+const ASYMMETRIC_CIRCLE_RATIO: f64 = 0.85;
 
 /// Writes the page and prints the entry that a capture needs for the board.
 pub fn run(args: &TargetArgs, _: &dyn Reporter) -> Result<Answer, Failure> {
@@ -62,15 +62,15 @@ fn target(args: &TargetArgs) -> Result<Target, Failure> {
             columns,
             rows,
             square_mm,
-            marker_mm: MARKER_SHARE * args.square_mm,
+            marker_mm: MARKER_RATIO * args.square_mm,
             dictionary: args.dictionary.clone(),
         }),
         TargetKind::Circles => {
-            let diameter_mm = CIRCLE_SHARE * args.square_mm;
+            let diameter_mm = CIRCLE_RATIO * args.square_mm;
             Target::Circles(CirclesTarget { columns, rows, square_mm, diameter_mm })
         }
         TargetKind::AsymmetricCircles => {
-            let diameter_mm = ASYMMETRIC_CIRCLE_SHARE * args.square_mm;
+            let diameter_mm = ASYMMETRIC_CIRCLE_RATIO * args.square_mm;
             Target::AsymmetricCircles(CirclesTarget { columns, rows, square_mm, diameter_mm })
         }
     })

@@ -1,4 +1,4 @@
-//! `sheaf triangulate`: labelled raw pixels to points in the camera frame, as a stream of CSV rows.
+//! `sheaf triangulate`: triangulates labelled raw pixels to points in the camera frame, as a stream of CSV rows.
 
 use std::io::{BufRead, Write};
 
@@ -15,12 +15,12 @@ use pipeline::Reporter;
 use pipeline::read_document;
 use pipeline::{Failure, FailureKind};
 
-/// Rows computed together: enough for all cores, little enough to stream.
+/// Rows per block: enough for all cores, few enough to stream.
 const BLOCK_ROWS: usize = 16_384;
 
 const OUTPUT_HEADER: &str = "order,u_px,v_px,x_mm,y_mm,z_mm,sigma_mm";
 
-/// Rows that got no point.
+/// Counts of rows without a point.
 #[derive(Debug, Default, Clone, Copy)]
 struct Missed {
     rows: usize,
@@ -90,7 +90,7 @@ pub fn run(args: &TriangulateArgs, json: bool, reporter: &dyn Reporter) -> Resul
 fn triangulate(calibration: &Calibration, row: &PixelRow, pixel_sigma_px: f64) -> Option<Point> {
     let point = calibration.triangulate(row.order, &Vector2::new(row.u_px, row.v_px), None)?;
     let systematic_mm = calibration.systematic_sigma_mm(row.order, &point)?;
-    // The line's direction in the image is not known here: noise is taken as equal along both axes.
+    // The direction of the line in the image is not known here: noise is assumed to be equal along both axes.
     let noise_mm = point.range_by_pixel.norm() * pixel_sigma_px;
     Some(Point { xyz_mm: point.hit_in_camera.xyz.into(), sigma_mm: systematic_mm.hypot(noise_mm) })
 }
@@ -112,7 +112,7 @@ fn unreadable(error: &std::io::Error) -> Failure {
     Failure::bad_input("cannot read rows from stdin").because(error).remedy("send CSV text in UTF-8")
 }
 
-/// Where rows go: to stdout at once, or into the one JSON value.
+/// Output of the rows: to stdout immediately, or collected for the JSON value.
 struct Stream {
     json: bool,
     points: Vec<Value>,
@@ -126,7 +126,7 @@ impl Stream {
         Ok(Self { json, points: Vec::new() })
     }
 
-    /// `false` if the receiver was dropped.
+    /// Returns `false` if stdout is closed.
     fn write(&mut self, rows: &[(PixelRow, Option<Point>)]) -> Result<bool, Failure> {
         if self.json {
             self.points.extend(rows.iter().map(|(row, point)| json_row(row, point.as_ref())));
@@ -157,7 +157,7 @@ fn json_row(row: &PixelRow, point: Option<&Point>) -> Value {
     }
 }
 
-/// `false` on a closed pipe, which is the listener's way to say "enough".
+/// Returns `false` on a closed pipe: the reader wants no more.
 fn write_out(bytes: &[u8]) -> Result<bool, Failure> {
     match std::io::stdout().lock().write_all(bytes) {
         Ok(()) => Ok(true),

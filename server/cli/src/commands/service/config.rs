@@ -1,4 +1,4 @@
-//! `sheaf config`: the configuration in force, and where each value came from.
+//! `sheaf config`: prints the effective configuration and the origin of each value.
 
 use std::fmt::Write as _;
 
@@ -7,24 +7,24 @@ use serde_json::{Map, Value, json};
 
 use crate::arguments::SettingsArgs;
 use crate::commands::Answer;
-use crate::config::{Asked, Effective, effective};
+use crate::config::{Effective, Flags, effective};
 use pipeline::{Failure, FailureKind, failure_of};
 
-/// Prints it.
+/// Runs the command.
 pub fn run(args: &SettingsArgs) -> Result<Answer, Failure> {
     let effective = effective_of(args)?;
     Ok(Answer::done(table(&effective), to_json(&effective)))
 }
 
-/// The configuration that defaults, file, environment and these flags make.
+/// The configuration from defaults, file, environment and these flags.
 pub fn effective_of(args: &SettingsArgs) -> Result<Effective, Failure> {
-    let asked = Asked {
+    let flags = Flags {
         listen: args.listen.clone(),
         data: args.data.clone(),
         config: args.config.clone(),
         set: args.set.clone(),
     };
-    effective(&asked, std::env::vars()).map_err(|error| failure_of(FailureKind::BadInput, &error))
+    effective(&flags, std::env::vars()).map_err(|error| failure_of(FailureKind::BadInput, &error))
 }
 
 fn table(effective: &Effective) -> String {
@@ -42,7 +42,7 @@ fn table(effective: &Effective) -> String {
 
 fn to_json(effective: &Effective) -> Value {
     let rows = effective.values.iter().map(|(setting, value, from)| {
-        // Settings are plain values, which JSON has all of.
+        // Settings are plain values, all of which exist in JSON.
         let value = config::Value::new(None, value.clone()).try_deserialize::<Value>().unwrap_or_default();
         (setting.key.clone(), json!({ "value": value, "from": from, "about": setting.about }))
     });

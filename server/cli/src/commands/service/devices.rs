@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::commands::Answer;
 use crate::drivers::found;
 
-/// Lists what is attached. No device is opened, and nothing moves or lights up.
+/// Lists the attached devices. No device is opened: nothing moves, and no laser is turned on.
 pub fn run() -> Answer {
     let found = found();
     let (mut text, mut rows) = (String::new(), Vec::new());
@@ -26,12 +26,12 @@ pub fn run() -> Answer {
 }
 
 fn line(kind: &str, makes: &[&str], device: &Found) -> String {
-    let who = format!("{} {}", device.vendor, device.model);
+    let product = format!("{} {}", device.vendor, device.model);
     let at = if device.address.is_empty() { String::new() } else { format!("  at {}", device.address) };
-    let held = device.in_use_by.as_ref().map_or_else(String::new, |holder| format!("  in use by {holder}"));
+    let in_use = device.in_use_by.as_ref().map_or_else(String::new, |holder| format!("  in use by {holder}"));
     let what =
         format!("{kind:<8}  {:<14}  station.{kind}.{} = {:?}", makes.join(", "), device.setting, device.value);
-    format!("{what}  {}{at}{held}", who.trim()).trim_end().to_owned()
+    format!("{what}  {}{at}{in_use}", product.trim()).trim_end().to_owned()
 }
 
 fn to_json(kind: &str, makes: &[&str], device: &Found) -> Value {

@@ -1,4 +1,4 @@
-//! The service, and what it is set up with.
+//! Commands of the service: run it, show its configuration, devices and API.
 
 pub mod config;
 pub mod devices;

@@ -1,4 +1,4 @@
-//! `sheaf openapi`: the API document.
+//! `sheaf openapi`: prints the API document, the event catalogue or the Modbus register map.
 
 use crate::arguments::{OpenapiArgs, RegisterFormat};
 use crate::commands::Answer;
@@ -6,7 +6,7 @@ use http::{document_json, events_document};
 use pipeline::Failure;
 use serde_json::json;
 
-/// Prints it, the catalogue of events, or the register map.
+/// Runs the command.
 pub fn run(args: &OpenapiArgs) -> Result<Answer, Failure> {
     match args.registers {
         Some(RegisterFormat::Markdown) => return Ok(text("markdown", modbus_door::markdown())),

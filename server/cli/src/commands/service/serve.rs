@@ -1,4 +1,4 @@
-//! `sheaf serve`: the service, from the command line to the last signal.
+//! `sheaf serve`: runs the service until SIGTERM or SIGINT.
 
 use std::io::Write as _;
 use std::net::SocketAddr;
@@ -16,7 +16,7 @@ use pipeline::{Failure, FailureKind};
 
 /// Serves until SIGTERM or SIGINT.
 pub fn run(args: &ServeArgs, json: bool) -> Result<Answer, Failure> {
-    crate::heap::memory::give_large_blocks_back();
+    crate::heap::memory::return_large_blocks();
     let effective = effective_of(&args.settings)?;
     log_to_stderr(json);
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -25,7 +25,7 @@ pub fn run(args: &ServeArgs, json: bool) -> Result<Answer, Failure> {
         .build()
         .map_err(|cause| Failure::new(FailureKind::Internal, "no threads can be started").because(&cause))?;
     let outcome = runtime.block_on(serve(effective.config));
-    // What still blocks has had its time; the drivers' leases end the light.
+    // Threads that still block are abandoned; the laser leases of the drivers expire.
     runtime.shutdown_timeout(service::SHUTDOWN_LIMIT / 5);
     outcome.map(|()| Answer::done(String::new(), json!({ "ended": true })))
 }
@@ -37,16 +37,18 @@ async fn serve(config: crate::config::Config) -> Result<(), Failure> {
     if !listen.ip().is_loopback() && !trusted_proxy {
         return Err(Failure::new(
             FailureKind::BadParameter,
-            format!("{listen} is reachable from other machines, and there is no user management and no TLS"),
+            format!(
+                "{listen} is reachable from other machines, but the service has no user management and no TLS"
+            ),
         )
         .remedy("listen on 127.0.0.1, or use a reverse proxy that handles both and set http.trusted_proxy=true"));
     }
-    // The address is taken before anything slow, and answers only once everything is there.
+    // The port is bound first, before anything slow; requests are answered once the service is complete.
     let listener = TcpListener::bind(listen).await.map_err(|cause| cannot_listen(listen, &cause))?;
     let address = listener.local_addr().map_err(|cause| cannot_listen(listen, &cause))?;
     let http = service::assemble(config).await?;
     announce(address);
-    say_at_start(&http, trusted_proxy);
+    log_notices(&http, trusted_proxy);
     let ended = async move {
         tokio::select! {
             _ = terminate.recv() => {}
@@ -64,11 +66,11 @@ fn on(kind: SignalKind) -> Result<tokio::signal::unix::Signal, Failure> {
 fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
     Failure::new(FailureKind::BadParameter, format!("cannot listen on {address}"))
         .because(cause)
-        .remedy("choose another --listen, or stop the program that uses it")
+        .remedy("choose another --listen address, or stop the program that uses it")
 }
 
-/// Start-up notices, on stderr.
-fn say_at_start(http: &http::Http, trusted_proxy: bool) {
+/// Logs notices at start-up.
+fn log_notices(http: &http::Http, trusted_proxy: bool) {
     if trusted_proxy {
         tracing::warn!(
             "http.trusted_proxy is set: the reverse proxy in front of this server handles users and TLS"
@@ -79,7 +81,7 @@ fn say_at_start(http: &http::Http, trusted_proxy: bool) {
     }
 }
 
-/// The one line on stdout.
+/// Prints the URL, the only line on stdout.
 fn announce(address: SocketAddr) {
     let mut out = std::io::stdout().lock();
     // A closed stdout is no reason not to serve.
@@ -89,6 +91,6 @@ fn announce(address: SocketAddr) {
 fn log_to_stderr(json: bool) {
     let filter = EnvFilter::try_from_env("SHEAF_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
     let lines = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    // A second subscriber in one process is a test's; the first one stays.
+    // Fails if a subscriber is already set, as in tests.
     let _ = if json { lines.json().try_init() } else { lines.with_ansi(false).try_init() };
 }

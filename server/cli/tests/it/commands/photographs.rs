@@ -15,7 +15,7 @@ const CICLOP_RMS_PX: f64 = 0.2420;
 /// Published focal length and principal point, px; a detector alone moves them by a fraction of this tolerance.
 const CICLOP_PUBLISHED: [(&str, f64, f64); 4] =
     [("fx_px", 1430.391, 5.0), ("fy_px", 1429.663, 5.0), ("cx_px", 636.404, 4.0), ("cy_px", 478.033, 4.0)];
-/// Share of the rows of a lit surface on which its line must be found.
+/// Fraction of the rows of a lit surface on which its line must be found.
 const COVERAGE: f64 = 0.90;
 /// No stretch of noise may be as long as this: the shortest piece of the bust's profile has 30 rows.
 const NOISE_ROWS: usize = 30;
@@ -141,7 +141,7 @@ fn points_of(on: &str, off: &str) -> Option<Vec<[f64; 2]>> {
     Some(points.collect())
 }
 
-/// Share of the rows between `from` and `to` (u, v) with a point on the straight line between them.
+/// Fraction of the rows between `from` and `to` (u, v) with a point on the straight line between them.
 fn coverage(points: &[[f64; 2]], from: [f64; 2], to: [f64; 2]) -> f64 {
     let rows: std::collections::BTreeSet<i64> = points
         .iter()

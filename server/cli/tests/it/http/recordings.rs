@@ -256,7 +256,7 @@ fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     let folder = TempDir::new().unwrap();
     let (file, _) = recorded_scan("stop_and_go", folder.path());
     let (info, code) = sheaf_json(&["recording", "info", file.to_str().unwrap()]);
-    assert_eq!((code, &info["lossy"], &info["is_whole"]), (0, &json!(false), &json!(true)), "{info:#}");
+    assert_eq!((code, &info["lossy"], &info["is_complete"]), (0, &json!(false), &json!(true)), "{info:#}");
     assert_eq!(
         (&info["name"], &info["origin"], &info["simulated"]),
         (&json!("gauge"), &json!("scan"), &json!("replay"))
@@ -271,15 +271,15 @@ fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     let broken = path(folder.path(), "broken.mcap");
     std::fs::write(&broken, &bytes[..bytes.len() / 2]).unwrap();
     let (info, code) = sheaf_json(&["recording", "info", &broken]);
-    assert_eq!((code, &info["is_whole"], &info["ended"]), (7, &json!(false), &Value::Null), "{info:#}");
+    assert_eq!((code, &info["is_complete"], &info["ended"]), (7, &json!(false), &Value::Null), "{info:#}");
     let whole = path(folder.path(), "whole.mcap");
     let repaired = sheaf(&["recording", "repair", &broken, "-o", &whole]);
     assert_eq!(repaired.status.code(), Some(7), "{}", err(&repaired));
-    assert!(out(&repaired).contains("left out"), "{}", out(&repaired));
+    assert!(out(&repaired).contains("skipped"), "{}", out(&repaired));
     let (again, _) = sheaf_json(&["recording", "info", &whole]);
-    assert_eq!((&again["n_frames"], &again["is_whole"]), (&info["n_frames"], &json!(true)));
+    assert_eq!((&again["n_frames"], &again["is_complete"]), (&info["n_frames"], &json!(true)));
     let (twice, code) = sheaf_json(&["recording", "repair", &whole, "-o", &path(folder.path(), "twice.mcap")]);
-    assert_eq!((code, &twice["was_whole"], &twice["lossy"]), (0, &json!(true), &json!(false)));
+    assert_eq!((code, &twice["was_complete"], &twice["lossy"]), (0, &json!(true), &json!(false)));
     let refused = sheaf(&["recording", "repair", &broken, "-o", &whole]);
     assert_eq!(refused.status.code(), Some(3), "an existing file is never written over");
     let no_file = sheaf(&["recording", "info", small_calibration().to_str().unwrap()]);

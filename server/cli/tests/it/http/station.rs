@@ -180,9 +180,9 @@ fn a_dark_frame_is_taken_behind_the_cap_kept_over_a_restart_and_removed() {
         server.put("/api/v1/simulation/faults", &json!({ "name": name, "value": value })).expect(200);
     }
     let taken = take(&server, &headers).expect(200);
-    assert_eq!((&taken["used"], &taken["n_frames"]), (&json!("whole"), &json!(8)));
+    assert_eq!((&taken["used"], &taken["n_frames"]), (&json!("full"), &json!(8)));
     assert!(taken["n_hot_pixels"].as_u64().unwrap() > 100 && taken["pattern"].as_f64().unwrap() > 1.0, "{taken}");
-    assert_eq!(server.get("/api/v1/devices/camera").expect(200)["dark_frame"], "whole");
+    assert_eq!(server.get("/api/v1/devices/camera").expect(200)["dark_frame"], "full");
     assert!(server.terminate().success());
 
     let server = Server::start(&folder.path().join("data"), &[]);

@@ -22,7 +22,7 @@ const APART_RAD: f64 = 0.09;
 const MEDIAN_SIGMAS: f64 = 1.0;
 /// A point this far from the truth in depth has the wrong line or none: ten times the noise of a point.
 const WRONG_MM: f64 = 1.0;
-/// Share of the true points that must be found.
+/// Fraction of the true points that must be found.
 const RECALL: f64 = 0.95;
 /// Points of truth and cloud are compared where they are this close along the line.
 const SAME_COLUMN_PX: f64 = 0.5;

@@ -28,12 +28,12 @@ const SYSTEMATIC_MM: f64 = 0.020;
 const PLANES_SYSTEMATIC_MM: (f64, f64) = (0.40, 0.51);
 /// Noise part of a scanned point's depth error.
 const POINT_NOISE_MM: f64 = 0.032;
-/// Share of the visible line columns that must be found.
+/// Fraction of the visible line columns that must be found.
 const RECALL: f64 = 0.97;
 /// A point this far across the line from its true row is not on the line: three widths of it.
 const ON_LINE_PX: f64 = 6.0;
-/// Share of the points that may lie on no surface.
-const STRAY_SHARE: f64 = 1e-3;
+/// Fraction of the points that may lie on no surface.
+const STRAY_FRACTION: f64 = 1e-3;
 /// A point this far from every surface lies on none: seven times the noise of a point.
 const STRAY_MM: f64 = 0.15;
 /// Error of the gauge height.
@@ -242,7 +242,7 @@ fn points_against_truth(rig: &Rig, name: &str, cloud: &[CloudPoint], verdicts: &
         &format!("{name}: share of stray points"),
         strays as f64 / cloud.len() as f64,
         0.0,
-        STRAY_SHARE,
+        STRAY_FRACTION,
     );
     verdicts.demand(&format!("{name}: depth error of a point, mm"), f64::sqrt(squares / n), 0.0, POINT_NOISE_MM);
     let rms = f64::sqrt(normalised / n);

@@ -35,7 +35,7 @@ pub fn measures_true(folder: &Path) {
     println!("radius {value:.4} ± {u:.4} mm");
     assert!((value - CYLINDER_MM[0]).abs() < u && u < 0.2, "{measured:#}");
     let text = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
-    assert!(crate::common::out(&text).contains("closure after a turn, by another line"));
+    assert!(crate::common::out(&text).contains("closure after a turn, other line"));
     a_linear_frame_is_named(folder, &calibration);
 }
 

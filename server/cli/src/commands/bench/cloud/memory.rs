@@ -1,18 +1,18 @@
-//! What this process holds in memory, as the operating system counts it.
+//! Memory use of this process as reported by the operating system.
 
 use std::fs;
 
-/// Resident memory now, bytes; `None` where the system does not report it.
+/// Current resident memory, bytes; `None` where the system does not report it.
 pub fn resident_bytes() -> Option<u64> {
     status_bytes("VmRSS:")
 }
 
-/// The most that was resident since [`reset_peak`], bytes.
+/// Peak resident memory since [`reset_peak`], bytes; `None` where the system does not report it.
 pub fn peak_bytes() -> Option<u64> {
     status_bytes("VmHWM:")
 }
 
-/// Lets the peak begin anew from what is resident now. Where that is not allowed the peak is of the whole process.
+/// Resets the peak to the current resident memory. Where that is not permitted, the peak is that of the whole process.
 pub fn reset_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }

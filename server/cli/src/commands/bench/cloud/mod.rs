@@ -1,4 +1,4 @@
-//! `sheaf bench cloud`: what a large scan takes, from its peaks to its cloud on the disk.
+//! `sheaf bench cloud`: time and memory of a large scan, from peaks on disk to a cloud on disk.
 
 mod memory;
 
@@ -20,26 +20,26 @@ use crate::commands::Answer;
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 
-/// Points of the cloud that writing is timed with: 450 MB of PLY, more than caches hold, less than any disk.
+/// Number of points for timing the writing: 450 MB of PLY, more than caches hold.
 const WRITTEN_POINTS: usize = 10_000_000;
 /// Bytes per write in the measurement of the disk alone.
 const CHUNK_BYTES: usize = 1 << 20;
 const MB: f64 = 1e6;
 
-/// Measures.
+/// Runs the benchmark.
 pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     if args.frames == 0 || args.points == 0 {
-        return Err(Failure::new(FailureKind::BadParameter, "a scan without points measures nothing")
+        return Err(Failure::new(FailureKind::BadParameter, "--frames and --points must be at least 1")
             .remedy("give 1 or more"));
     }
-    let place = tempfile::tempdir_in(&args.folder).map_err(|cause| Failure::unwritable(&args.folder, &cause))?;
+    let folder = tempfile::tempdir_in(&args.folder).map_err(|cause| Failure::unwritable(&args.folder, &cause))?;
     let scan = SyntheticScan::new(args.frames, args.points);
     reporter.note(&format!("{} frames of {} points", args.frames, scan.points_per_frame()));
-    let computed = computed(&scan, place.path())?;
-    let written = written(computed.n_points.clamp(1, WRITTEN_POINTS), place.path())?;
+    let computed = computed(&scan, folder.path())?;
+    let written = written(computed.n_points.clamp(1, WRITTEN_POINTS), folder.path())?;
     let bytes_per_point = computed.peak_bytes.map(|bytes| bytes as f64 / computed.n_points.max(1) as f64);
     let mut text = format!(
-        "peaks on the disk → cloud on the disk, {} frames, {} points: {:.2} s",
+        "peaks on disk → cloud on disk, {} frames, {} points: {:.2} s",
         args.frames, computed.n_points, computed.seconds
     );
     match bytes_per_point {
@@ -48,7 +48,7 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
     }
     let _ = writeln!(
         text,
-        "PLY of {} points: {:.0} MB/s to the disk and synced, {:.0} MB/s encoded; the disk alone: {:.0} MB/s",
+        "PLY of {} points: {:.0} MB/s written and synced, {:.0} MB/s encoded only; the disk alone: {:.0} MB/s",
         written.n_points, written.ply_mb_s, written.encoded_mb_s, written.disk_mb_s
     );
     let json = json!({
@@ -63,11 +63,11 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
 struct Computed {
     n_points: usize,
     seconds: f64,
-    /// The most that was resident beyond what was before; `None` where the system does not report it.
+    /// Peak resident memory above that at the start; `None` where the system does not report it.
     peak_bytes: Option<u64>,
 }
 
-/// Computes the cloud as the service does: frames stay in their file, points go to the disk as they come.
+/// Computes the cloud as the service does: frames stay in their file, points are written as they are computed.
 fn computed(scan: &SyntheticScan, folder: &Path) -> Result<Computed, Failure> {
     let path = folder.join("peaks");
     let header = PeaksHeader {
@@ -103,7 +103,7 @@ struct Written {
     disk_mb_s: f64,
 }
 
-/// Writes a cloud that is in memory, and as many bytes without meaning.
+/// Writes a cloud from memory, and the same number of plain bytes.
 fn written(n_points: usize, folder: &Path) -> Result<Written, Failure> {
     let points = (0..n_points).map(|idx| CloudPoint {
         x_mm: idx as f64,
@@ -128,7 +128,7 @@ fn written(n_points: usize, folder: &Path) -> Result<Written, Failure> {
     Ok(Written { n_points, ply_mb_s: mb / ply_s, encoded_mb_s: mb / encoded_s, disk_mb_s: mb / disk_s })
 }
 
-/// Encodes a cloud for nobody.
+/// Encodes a cloud and discards the bytes.
 fn encode(cloud: &Cloud) -> Result<(), ContentError> {
     let mut writer = CloudWriter::begin(std::io::sink(), CloudFormat::Ply, &cloud.comments, cloud.points.len())?;
     writer.add(&cloud.points)?;

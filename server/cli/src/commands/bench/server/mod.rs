@@ -1,4 +1,4 @@
-//! `sheaf bench server`: the whole service at work, from the camera to the disk and to its viewers, on this machine.
+//! `sheaf bench server`: the whole service on this machine, from the camera to the disk and the viewers.
 
 mod load;
 mod sweep;
@@ -28,20 +28,20 @@ use pipeline::Reporter;
 use pipeline::read_document;
 use pipeline::{Failure, FailureKind};
 use station::wall_clock::now_ms;
-use sweep::Swept;
+use sweep::SweepResult;
 use viewer::Viewer;
 
-/// Longest way from the start to a station that is ready: every picture is decoded once.
+/// Longest time from the start until the station is ready: every image is decoded once.
 const READY_WITHIN: Duration = Duration::from_secs(300);
 
-/// Measures.
+/// Runs the benchmark.
 pub fn server(args: &BenchServerArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
-    let place = tempfile::tempdir_in(&args.folder).map_err(|cause| Failure::unwritable(&args.folder, &cause))?;
-    let recording = place.path().join("recording");
+    let folder = tempfile::tempdir_in(&args.folder).map_err(|cause| Failure::unwritable(&args.folder, &cause))?;
+    let recording = folder.path().join("recording");
     std::fs::create_dir(&recording).map_err(|cause| Failure::unwritable(&recording, &cause))?;
-    let n_pictures = load::write_load(&args.capture, args.frames, &recording)?;
+    let n_images = load::write_load(&args.capture, args.frames, &recording)?;
     reporter.note(&format!(
-        "{} frames of {n_pictures} different pictures, {} sweeps, {} viewers",
+        "{} frames of {n_images} different images, {} sweeps, {} viewers",
         args.frames, args.sweeps, args.viewers
     ));
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -49,16 +49,16 @@ pub fn server(args: &BenchServerArgs, reporter: &dyn Reporter) -> Result<Answer,
         .thread_name("serve")
         .build()
         .map_err(|cause| Failure::new(FailureKind::Internal, "no threads can be started").because(&cause))?;
-    let swept = runtime.block_on(measured(args, place.path(), &recording));
+    let swept = runtime.block_on(measured(args, folder.path(), &recording));
     runtime.shutdown_timeout(service::SHUTDOWN_LIMIT / 5);
-    Ok(answer(args, n_pictures, &swept?))
+    Ok(answer(args, n_images, &swept?))
 }
 
-async fn measured(args: &BenchServerArgs, place: &Path, recording: &Path) -> Result<Vec<Swept>, Failure> {
+async fn measured(args: &BenchServerArgs, folder: &Path, recording: &Path) -> Result<Vec<SweepResult>, Failure> {
     let set = |key: &str, value: String| format!("station.{key}={value}");
     let config = effective_of(&SettingsArgs {
         listen: Some("127.0.0.1:0".to_owned()),
-        data: Some(place.join("data")),
+        data: Some(folder.join("data")),
         config: None,
         set: vec![
             set("kind", "replay".to_owned()),
@@ -79,30 +79,34 @@ async fn measured(args: &BenchServerArgs, place: &Path, recording: &Path) -> Res
     swept
 }
 
-async fn with_viewers(args: &BenchServerArgs, app: &App, address: SocketAddr) -> Result<Vec<Swept>, Failure> {
+async fn with_viewers(
+    args: &BenchServerArgs,
+    app: &App,
+    address: SocketAddr,
+) -> Result<Vec<SweepResult>, Failure> {
     activate(app, &args.calibration).await.map_err(failure_of)?;
     ready(app).await?;
     let mut viewers = Vec::new();
-    let seen = Arc::new(AtomicU64::new(0));
+    let received = Arc::new(AtomicU64::new(0));
     for number in 0..args.viewers {
         viewers
-            .push(watch(address, number, seen.clone()).map_err(|cause| {
+            .push(watch(address, number, received.clone()).map_err(|cause| {
                 Failure::new(FailureKind::Internal, "a viewer cannot connect").because(&cause)
             })?);
     }
-    let mut swept = Vec::new();
+    let mut sweeps = Vec::new();
     for _ in 0..args.sweeps {
-        swept.push(sweep::sweep(app, args, &seen).await?);
+        sweeps.push(sweep::sweep(app, args, &received).await?);
     }
     for (stream, viewer) in viewers {
         // It may have exited already.
         let _ = stream.shutdown(std::net::Shutdown::Both);
         let _ = viewer.join();
     }
-    Ok(swept)
+    Ok(sweeps)
 }
 
-/// Makes the calibration document the one that live profiles and scans use.
+/// Activates the calibration document for live profiles and scans.
 async fn activate(app: &App, path: &Path) -> Result<(), AppError> {
     let internal = |cause: String| AppError::new(ErrorKind::BadRequest, cause);
     let document = read_document(path).map_err(|failure| internal(failure.to_string()))?;
@@ -139,21 +143,21 @@ async fn ready(app: &App) -> Result<(), Failure> {
     }
 }
 
-/// A viewer of profiles at 60 Hz on a thread of its own; what it saw is counted into `seen`.
+/// A viewer of profiles at 60 Hz on its own thread; received profiles are counted in `received`.
 fn watch(
     address: SocketAddr,
     number: usize,
-    seen: Arc<AtomicU64>,
+    received: Arc<AtomicU64>,
 ) -> std::io::Result<(std::net::TcpStream, JoinHandle<()>)> {
     let mut viewer = Viewer::open(address)?;
-    viewer.say(r#"{"op":"subscribe","streams":[{"stream":"profile","max_rate_hz":60}]}"#)?;
+    viewer.send_text(r#"{"op":"subscribe","streams":[{"stream":"profile","max_rate_hz":60}]}"#)?;
     let stream = viewer.stream().try_clone()?;
-    let look = move || {
+    let read = move || {
         while let Ok((binary, _)) = viewer.next() {
-            seen.fetch_add(u64::from(binary), Ordering::Relaxed);
+            received.fetch_add(u64::from(binary), Ordering::Relaxed);
         }
     };
-    Ok((stream, std::thread::Builder::new().name(format!("viewer-{number}")).spawn(look)?))
+    Ok((stream, std::thread::Builder::new().name(format!("viewer-{number}")).spawn(read)?))
 }
 
 fn failure_of(problem: AppError) -> Failure {
@@ -161,21 +165,21 @@ fn failure_of(problem: AppError) -> Failure {
     Failure::bad_input(problem.detail).because(&cause).remedy(problem.remedy.unwrap_or_default())
 }
 
-fn answer(args: &BenchServerArgs, n_pictures: usize, swept: &[Swept]) -> Answer {
+fn answer(args: &BenchServerArgs, n_images: usize, swept: &[SweepResult]) -> Answer {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "replay at {} Hz → peaks on the disk, profiles to {} viewers at 60 Hz; sweeps of {} frames, {n_pictures} pictures",
+        "replay at {} Hz → peaks on disk, profiles to {} viewers at 60 Hz; sweeps of {} frames, {n_images} images",
         args.rate_hz, args.viewers, args.frames
     );
     swept.iter().for_each(|swept| swept.write_to(&mut text));
     if !crate::heap::allocations::COUNTED {
-        text.push_str("allocations are counted in a build with --features count-allocations\n");
+        text.push_str("build with --features count-allocations to count allocations\n");
     }
-    let sweeps: Vec<_> = swept.iter().map(Swept::to_json).collect();
+    let sweeps: Vec<_> = swept.iter().map(SweepResult::to_json).collect();
     let json = json!({
         "subject": "server", "rate_hz": args.rate_hz, "viewers": args.viewers, "frames": args.frames,
-        "pictures": n_pictures, "sweeps": sweeps,
+        "images": n_images, "sweeps": sweeps,
     });
     Answer::done(text, json)
 }

@@ -1,4 +1,4 @@
-//! What the threads of this process have done: processor time and, where counted, requests for memory, by name.
+//! Processor time and, where counted, allocations of the threads of this process, by thread name.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,14 +6,14 @@ use std::fs;
 /// Totals of the threads of one name.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Work {
-    /// Time on a processor, ms.
+    /// Processor time, ms.
     pub cpu_ms: f64,
-    /// Requests for memory; 0 in programs that do not count them.
+    /// Number of allocations; 0 in builds that do not count them.
     pub allocations: u64,
 }
 
-/// What every thread that lives has done so far; threads that differ by a number count as one. Empty where the system
-/// does not report it.
+/// Totals of all live threads; threads whose names differ only by a number are added up. Empty where the system does not
+/// report them.
 pub fn by_name() -> BTreeMap<String, Work> {
     let mut work: BTreeMap<String, Work> = BTreeMap::new();
     let allocations = crate::heap::allocations::by_thread();
@@ -29,7 +29,7 @@ pub fn by_name() -> BTreeMap<String, Work> {
     work
 }
 
-/// What was done between two looks.
+/// Differences between two totals.
 pub fn between(before: &BTreeMap<String, Work>, after: &BTreeMap<String, Work>) -> BTreeMap<String, Work> {
     let since = |(name, now): (&String, &Work)| {
         let then = before.get(name).copied().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A viewer that does nothing but read: the thinnest client there can be, so that what is measured is the server.
+//! A minimal viewer that only reads, so that the server is measured and not the client.
 
 use std::io::{BufRead as _, BufReader, Read, Write as _};
 use std::net::{SocketAddr, TcpStream};
@@ -6,7 +6,7 @@ use std::net::{SocketAddr, TcpStream};
 /// Bytes read at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
-/// Opcodes of RFC 6455, and the mark of a message that is whole.
+/// Opcodes of RFC 6455, and the bit of a final fragment.
 const TEXT: u8 = 1;
 /// See [`TEXT`].
 const BINARY: u8 = 2;
@@ -15,9 +15,9 @@ const PING: u8 = 9;
 /// See [`TEXT`].
 const PONG: u8 = 10;
 /// See [`TEXT`].
-const LAST: u8 = 0x80;
+const FIN: u8 = 0x80;
 
-/// A connection whose handshake is done.
+/// A connection of a viewer.
 pub struct Viewer {
     stream: BufReader<TcpStream>,
     message: Vec<u8>,
@@ -45,32 +45,32 @@ impl Viewer {
         Ok(viewer)
     }
 
-    /// Connects and says nothing.
+    /// Connects without a handshake.
     pub fn connect(address: SocketAddr) -> std::io::Result<Self> {
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
         Ok(Self { stream: BufReader::with_capacity(BUFFER_BYTES, stream), message: Vec::new() })
     }
 
-    /// The connection, to end it from elsewhere.
+    /// The connection, for closing it from another thread.
     pub fn stream(&self) -> &TcpStream {
         self.stream.get_ref()
     }
 
-    /// Says a text of at most 64 kB.
-    pub fn say(&mut self, text: &str) -> std::io::Result<()> {
+    /// Sends a text message of at most 64 kB.
+    pub fn send_text(&mut self, text: &str) -> std::io::Result<()> {
         self.send(TEXT, text.as_bytes())
     }
 
     /// Sends at most 64 kB, masked with zeros.
     fn send(&mut self, opcode: u8, bytes: &[u8]) -> std::io::Result<()> {
         let length = (bytes.len() as u16).to_be_bytes();
-        let frame = [&[LAST | opcode, 0xfe][..], &length, &[0; 4], bytes].concat();
+        let frame = [&[FIN | opcode, 0xfe][..], &length, &[0; 4], bytes].concat();
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// The next message: whether it is binary, and its bytes. Whether it is there is answered on the way: who is not
-    /// received is dropped.
+    /// The next message: whether it is binary, and its bytes. Pings are answered on the way; the server drops clients that do
+    /// not answer.
     pub fn next(&mut self) -> std::io::Result<(bool, &[u8])> {
         loop {
             let opcode = self.receive()?;
@@ -82,14 +82,14 @@ impl Viewer {
         }
     }
 
-    /// Control messages have at most 125 bytes, whose length takes one.
+    /// Answers a ping. Control messages have at most 125 bytes, so that the length takes one byte.
     fn pong(&mut self) -> std::io::Result<()> {
-        let head = [LAST | PONG, 0x80 | self.message.len() as u8, 0, 0, 0, 0];
+        let head = [FIN | PONG, 0x80 | self.message.len() as u8, 0, 0, 0, 0];
         let frame = [&head, self.message.as_slice()].concat();
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// Reads a message; what it is.
+    /// Reads a message and returns its opcode.
     fn receive(&mut self) -> std::io::Result<u8> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head)?;
@@ -100,7 +100,7 @@ impl Viewer {
         };
         self.message.resize(length as usize, 0);
         self.stream.read_exact(&mut self.message)?;
-        Ok(head[0] & !LAST)
+        Ok(head[0] & !FIN)
     }
 }
 

@@ -1,8 +1,8 @@
-//! The doctor over the simulated station: a sound one passes, and each fault turns its own checks red.
+//! The doctor on the simulated station: a faultless station passes, and each fault fails its own checks.
 //!
-//! Not shown here: that the limits suit cameras of glass and silicon.
+//! Not shown here: that the limits suit real cameras.
 
-mod unsound;
+mod faulty_camera;
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -18,16 +18,16 @@ use twin::{
 
 use super::limits::SCALE_PERCENT;
 use super::*;
-use unsound::{Unsound, UnsoundCamera};
+use faulty_camera::{CameraFaults, FaultyCameraDriver};
 
-/// Rate of the camera, Hz: a small picture is rendered sooner than that.
+/// Frame rate, Hz; small images are rendered faster than that.
 const RATE_HZ: f64 = 60.0;
 
 struct Bench {
     station: StationHandle,
     control: TwinControl,
     runtime: tokio::runtime::Runtime,
-    wanted: Wanted,
+    settings: ExaminationSettings,
     cancel: CancelFlag,
 }
 
@@ -37,21 +37,21 @@ impl Drop for Bench {
     }
 }
 
-/// A small simulated station with a plate, and a camera that is sound or not.
-fn bench(unsound: Unsound) -> Bench {
-    bench_of((320, 256), unsound)
+/// A small simulated station with a plate, and a camera with these faults.
+fn bench(faults: CameraFaults) -> Bench {
+    bench_of((320, 256), faults)
 }
 
-fn bench_of((width_px, height_px): (usize, usize), unsound: Unsound) -> Bench {
+fn bench_of((width_px, height_px): (usize, usize), faults: CameraFaults) -> Bench {
     let shape = StationShape { width_px, height_px, ..StationShape::default() };
     let options = TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() };
     let world = TwinStation::new(StationModel::seeded(7, &shape).unwrap(), options);
     let control = world.control();
     let twin = Arc::new(TwinDriver::over(world));
-    let camera = Arc::new(UnsoundCamera { twin: twin.clone(), unsound });
+    let camera = Arc::new(FaultyCameraDriver { twin: twin.clone(), faults });
     let devices = StationDevices { camera, stage: twin.clone(), laser: twin.clone(), twin: Some(twin) };
     let station = StationHandle::start(&devices, false);
-    let wanted = Wanted {
+    let settings = ExaminationSettings {
         exposure_us: Some(700.0),
         gain_db: None,
         frame_rate_hz: Some(RATE_HZ),
@@ -60,7 +60,7 @@ fn bench_of((width_px, height_px): (usize, usize), unsound: Unsound) -> Bench {
         lines_along_rows: true,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
-    Bench { station, control, runtime, wanted, cancel: CancelFlag::default() }
+    Bench { station, control, runtime, settings, cancel: CancelFlag::default() }
 }
 
 fn chessboard(square_mm: f64) -> capture::Target {
@@ -72,7 +72,7 @@ fn chessboard(square_mm: f64) -> capture::Target {
     })
 }
 
-/// Notes what is done.
+/// Calls a function with each note.
 struct Notes(Box<dyn Fn(&str) + Send + Sync>);
 
 impl Reporter for Notes {
@@ -95,7 +95,7 @@ impl Bench {
     fn examine_with(&self, note: impl Fn(&str) + Send + Sync + 'static) -> Result<Vec<Check>, Cancelled> {
         let examination = Examination {
             station: &self.station,
-            wanted: &self.wanted,
+            settings: &self.settings,
             cancel: &self.cancel,
             reporter: &Notes(Box::new(note)),
             runtime: self.runtime.handle().clone(),
@@ -108,8 +108,8 @@ impl Bench {
     }
 }
 
-/// Names of the checks that are red.
-fn red(checks: &[Check]) -> Vec<&'static str> {
+/// Names of the failed checks.
+fn failed(checks: &[Check]) -> Vec<&'static str> {
     checks.iter().filter(|check| check.outcome == Outcome::NotOk).map(|check| check.name).collect()
 }
 
@@ -143,90 +143,90 @@ const ALL: [&str; 18] = [
 ];
 
 #[test]
-fn a_sound_station_passes_every_check() {
-    let bench = bench(Unsound::default());
+fn a_faultless_station_passes_every_check() {
+    let bench = bench(CameraFaults::default());
     let checks = bench.examine();
     let names: Vec<&str> = checks.iter().map(|check| check.name).collect();
     assert_eq!(names, ALL);
-    // Of this machine's own lateness the rate and the jitter say nothing here: they have tests of their own.
-    let red: Vec<_> = red(&checks).into_iter().filter(|name| !OF_THE_MACHINE.contains(name)).collect();
-    assert!(red.is_empty(), "{}", check::table(&checks));
+    // Rate, jitter and losses depend on the load of this machine; they have tests of their own.
+    let failed: Vec<_> = failed(&checks).into_iter().filter(|name| !LOAD_DEPENDENT.contains(name)).collect();
+    assert!(failed.is_empty(), "{}", check::table(&checks));
     assert_eq!(of(&checks, "stage scale").outcome, Outcome::NotRun, "there is no board");
     assert_eq!(bench.control.laser_power(), 0.0);
 }
 
-/// Checks that a machine with other work to do fails without any fault of the station.
-const OF_THE_MACHINE: [&str; 3] = ["frame rate", "timestamp jitter", "frames lost"];
+/// Checks that may fail on a loaded machine without a fault of the station.
+const LOAD_DEPENDENT: [&str; 3] = ["frame rate", "timestamp jitter", "frames lost"];
 
-/// Examines a station with a fault; the checks that turn red beyond those of the machine.
-fn red_with(bench: &Bench) -> (Vec<&'static str>, Vec<Check>) {
+/// Examines a station with a fault; the failed checks except the load-dependent ones.
+fn failed_with(bench: &Bench) -> (Vec<&'static str>, Vec<Check>) {
     let checks = bench.examine();
-    let red = red(&checks).into_iter().filter(|name| !OF_THE_MACHINE.contains(name)).collect();
-    (red, checks)
+    let failed = failed(&checks).into_iter().filter(|name| !LOAD_DEPENDENT.contains(name)).collect();
+    (failed, checks)
 }
 
 #[test]
 fn lost_frames_are_counted_by_reason() {
-    let bench = bench(Unsound::default());
+    let bench = bench(CameraFaults::default());
     bench.control.set_fault(TwinFault::LostFrames { every: 10 });
     let lost = of(&bench.examine(), "frames lost").clone();
     assert_eq!(lost.outcome, Outcome::NotOk);
-    // Of 120 frames every tenth.
+    // Every tenth of 120 frames.
     assert!(lost.value.unwrap() >= 11.0 && lost.figure.contains("camera"), "{lost:?}");
     assert!(!lost.remedy.is_empty());
 }
 
 #[test]
-fn time_stamps_that_scatter_are_named() {
-    let mut bench = bench(Unsound { jitter_ms: 8.0, ..Unsound::default() });
-    bench.wanted.frame_rate_hz = Some(20.0);
+fn scattered_time_stamps_fail_the_jitter_check() {
+    let mut bench = bench(CameraFaults { jitter_ms: 8.0, ..CameraFaults::default() });
+    bench.settings.frame_rate_hz = Some(20.0);
     let jitter = of(&bench.examine(), "timestamp jitter").clone();
     // Every other frame 8 ms early: ±4 ms about a steady rate, and what the machine adds.
     assert!(jitter.outcome == Outcome::NotOk && jitter.value.unwrap() > 3900.0, "{jitter:?}");
 }
 
 #[test]
-fn a_response_by_a_gamma_curve_is_named_and_nothing_else() {
-    let bench = bench(Unsound { gamma: 2.2, ..Unsound::default() });
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["exposure linearity"], "{}", check::table(&checks));
+fn a_gamma_curve_fails_only_the_linearity_check() {
+    let bench = bench(CameraFaults { gamma: 2.2, ..CameraFaults::default() });
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["exposure linearity"], "{}", check::table(&checks));
 }
 
 #[test]
-fn too_long_an_exposure_saturates_lines() {
-    let mut bench = bench(Unsound::default());
-    bench.wanted.exposure_us = Some(5000.0);
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["line saturation"], "{}", check::table(&checks));
+fn too_long_an_exposure_fails_only_the_saturation_check() {
+    let mut bench = bench(CameraFaults::default());
+    bench.settings.exposure_us = Some(5000.0);
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["line saturation"], "{}", check::table(&checks));
 }
 
 #[test]
-fn high_gain_makes_noise() {
-    let mut bench = bench(Unsound::default());
-    (bench.wanted.exposure_us, bench.wanted.gain_db) = (Some(40.0), Some(24.0));
-    let (red, checks) = red_with(&bench);
-    assert!(red.contains(&"dark noise"), "{}", check::table(&checks));
+fn high_gain_fails_the_noise_check() {
+    let mut bench = bench(CameraFaults::default());
+    (bench.settings.exposure_us, bench.settings.gain_db) = (Some(40.0), Some(24.0));
+    let (failed, checks) = failed_with(&bench);
+    assert!(failed.contains(&"dark noise"), "{}", check::table(&checks));
 }
 
 #[test]
-fn defects_of_the_sensor_are_counted_behind_a_covered_lens() {
-    let bench = bench(Unsound::default());
-    let at_rest = || {
+fn sensor_defects_are_counted_with_the_lens_covered() {
+    let bench = bench(CameraFaults::default());
+    let defects = || {
         let checks = bench.examine();
         of(&checks, "sensor defects").clone()
     };
     bench.control.set_fault(TwinFault::LensCovered);
-    let sound = at_rest();
-    assert!(sound.outcome == Outcome::Ok && sound.value == Some(0.0), "{sound:?}");
+    let good = defects();
+    assert!(good.outcome == Outcome::Ok && good.value == Some(0.0), "{good:?}");
     bench.control.set_fault(TwinFault::WornSensor { levels: 6.0 });
-    let worn = at_rest();
+    let bad = defects();
     // One pixel in two thousand of 320 × 256, some of them drawn twice.
-    assert!(worn.outcome == Outcome::NotOk && (37.0..=40.0).contains(&worn.value.unwrap()), "{worn:?}");
+    assert!(bad.outcome == Outcome::NotOk && (37.0..=40.0).contains(&bad.value.unwrap()), "{bad:?}");
 }
 
 #[test]
-fn light_that_stays_on_is_named_and_nothing_moves_then() {
-    let bench = bench(Unsound::default());
+fn a_laser_that_stays_on_fails_and_prevents_motion() {
+    let bench = bench(CameraFaults::default());
     bench.control.follow_laser(|_| 1.0);
     let checks = bench.examine();
     let light = of(&checks, "light");
@@ -235,33 +235,33 @@ fn light_that_stays_on_is_named_and_nothing_moves_then() {
 }
 
 #[test]
-fn light_that_its_driver_calls_off_is_seen_in_the_picture() {
-    // Dark after each of three exposures, and lit after the fourth time that the laser was switched off.
-    let bench = bench(Unsound { lit_from_fall: 4, ..Unsound::default() });
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["laser off on command"], "{}", check::table(&checks));
+fn a_laser_that_is_only_reported_off_is_detected_in_the_image() {
+    // Dark after each of three exposures, lit after the fourth switch-off.
+    let bench = bench(CameraFaults { lit_from_switch_off: 4, ..CameraFaults::default() });
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["laser off on command"], "{}", check::table(&checks));
 }
 
 #[test]
-fn light_that_does_not_come_is_named() {
-    let bench = bench(Unsound::default());
+fn a_laser_that_does_not_turn_on_fails() {
+    let bench = bench(CameraFaults::default());
     bench.control.follow_laser(|_| 0.0);
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["light"], "{}", check::table(&checks));
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["light"], "{}", check::table(&checks));
 }
 
 #[test]
-fn light_too_faint_for_lines_is_shown_by_the_missing_lines() {
-    let mut bench = bench(Unsound::default());
-    bench.wanted.power = 0.02;
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["laser lines"], "{}", check::table(&checks));
+fn light_too_faint_for_lines_fails_the_line_check() {
+    let mut bench = bench(CameraFaults::default());
+    bench.settings.power = 0.02;
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["laser lines"], "{}", check::table(&checks));
     assert_eq!(of(&checks, "exposure linearity").outcome, Outcome::NotRun);
 }
 
 #[test]
-fn an_open_interlock_is_named_with_its_remedy() {
-    let bench = bench(Unsound::default());
+fn an_open_interlock_fails_with_a_remedy() {
+    let bench = bench(CameraFaults::default());
     bench.control.set_fault(TwinFault::InterlockOpen);
     let checks = bench.examine();
     let light = of(&checks, "light");
@@ -270,18 +270,18 @@ fn an_open_interlock_is_named_with_its_remedy() {
 }
 
 #[test]
-fn a_stage_that_stalls_is_named() {
-    let bench = bench(Unsound::default());
+fn a_stalled_stage_fails_with_a_remedy() {
+    let bench = bench(CameraFaults::default());
     assert_eq!(bench.control.true_position_mm(), 0.0);
     bench.control.set_fault(TwinFault::StageStall { at_mm: 0.5 * MOVE_MM });
-    let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["stage position"], "{}", check::table(&checks));
+    let (failed, checks) = failed_with(&bench);
+    assert_eq!(failed, ["stage position"], "{}", check::table(&checks));
     assert!(!of(&checks, "stage position").remedy.is_empty());
 }
 
-/// A board that lies along the stage's way, on a station with enough pixels to read it.
+/// A board aligned with the stage travel, on a station with enough pixels to read it.
 fn bench_with_board() -> Bench {
-    let bench = bench_of((640, 512), Unsound::default());
+    let bench = bench_of((640, 512), CameraFaults::default());
     let model = bench.control.model();
     let board = twin::poses::stage_board(&model, &[0.0, MOVE_MM]);
     let along = model.stage.linear().unwrap().direction;
@@ -293,24 +293,24 @@ fn bench_with_board() -> Bench {
 }
 
 #[test]
-fn a_board_on_the_stage_shows_its_scale() {
+fn the_scale_of_the_stage_is_checked_with_a_board() {
     let bench = bench_with_board();
     let scale = of(&bench.examine(), "stage scale").clone();
     assert!(scale.outcome == Outcome::Ok && scale.value.unwrap().abs() < SCALE_PERCENT, "{scale:?}");
 }
 
 #[test]
-fn a_stage_of_another_scale_than_the_board_is_named() {
+fn a_scale_error_fails_the_scale_check() {
     let mut bench = bench_with_board();
-    bench.wanted.board = chessboard(12.0 * 1.03);
+    bench.settings.board = chessboard(12.0 * 1.03);
     let scale = of(&bench.examine(), "stage scale").clone();
-    // Squares that are stated 3 % too large are as good as a stage that goes 3 % too far.
+    // Squares stated 3 % too large are equivalent to a stage that moves 3 % too far.
     assert!(scale.outcome == Outcome::NotOk && (scale.value.unwrap() - 3.0).abs() < SCALE_PERCENT, "{scale:?}");
 }
 
 #[test]
-fn a_camera_that_sends_nothing_is_named_and_the_rest_is_not_run() {
-    let bench = bench(Unsound::default());
+fn a_camera_without_frames_fails_and_later_checks_are_not_run() {
+    let bench = bench(CameraFaults::default());
     bench.control.set_fault(TwinFault::CameraHang);
     let checks = bench.examine();
     assert!(checks.iter().any(|check| check.name == "frame rate" && check.outcome != Outcome::Ok));
@@ -319,9 +319,9 @@ fn a_camera_that_sends_nothing_is_named_and_the_rest_is_not_run() {
 }
 
 #[test]
-fn cancelled_at_any_step_it_leaves_the_laser_off_and_the_stage_at_rest() {
+fn cancelling_at_any_step_leaves_the_laser_off_and_the_stage_at_rest() {
     for step in ["running the camera", "turning the laser", "moving the stage"] {
-        let bench = bench(Unsound::default());
+        let bench = bench(CameraFaults::default());
         let (reached, cancel) = channel();
         let stopper = {
             let (station, flag, runtime) =
@@ -337,19 +337,19 @@ fn cancelled_at_any_step_it_leaves_the_laser_off_and_the_stage_at_rest() {
             }
         });
         stopper.join().unwrap();
-        assert!(ended.is_err(), "{step}: it went on");
-        assert_eq!(bench.control.laser_power(), 0.0, "{step}: light");
-        assert!(!bench.station.status().moving, "{step}: motion");
-        assert!(bench.station.is_halted(), "{step}: not latched");
+        assert!(ended.is_err(), "{step}: it was not cancelled");
+        assert_eq!(bench.control.laser_power(), 0.0, "{step}: laser on");
+        assert!(!bench.station.status().moving, "{step}: stage moving");
+        assert!(bench.station.is_halted(), "{step}: Stop is not latched");
     }
 }
 
 #[test]
 fn without_consent_motion_and_laser_stay_off() {
-    let bench = bench(Unsound::default());
+    let bench = bench(CameraFaults::default());
     let examination = Examination {
         station: &bench.station,
-        wanted: &bench.wanted,
+        settings: &bench.settings,
         cancel: &bench.cancel,
         reporter: &Notes(Box::new(|text| {
             assert!(!text.contains("laser on") && !text.contains("stage"), "{text}")
