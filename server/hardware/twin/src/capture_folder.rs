@@ -6,13 +6,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
-    StageDescription, StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, PlanesProjector,
+    Pose, Projector, Scan, StageDescription, StageView, params::FORMAT, write_manifest, write_png,
 };
 use optics::StageKind;
 use rayon::prelude::*;
 use remedy::Remedy;
 
+use crate::model::shape::ProjectorShape;
 use crate::model::station::StationModel;
 use crate::part::poses::{board_poses, stage_board, usual_target};
 use crate::part::scene::{Scene, SceneKind};
@@ -244,13 +245,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             channel: ChannelChoice::Auto,
         },
         target: usual_target(model),
-        projector: GratingProjector {
-            wavelength_nm: shape.wavelength_nm,
-            grating_lines_per_mm: shape.lines_per_mm,
-            orders: model.orders.clone(),
-            line_direction: GratingProjector::name_of(shape.line_direction),
-        }
-        .into(),
+        projector: projector(model),
         poses: (0..request.n_poses)
             .map(|idx| Pose {
                 board: format!("board/{idx:03}.png").into(),
@@ -266,6 +261,23 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             })
             .collect(),
         scans: request.scans.iter().map(|scan| scan_entry(scan, shape.stage)).collect(),
+    }
+}
+
+/// Nominal values of the station's projector.
+pub fn projector(model: &StationModel) -> Projector {
+    let shape = &model.shape;
+    let line_direction = GratingProjector::name_of(shape.line_direction);
+    match shape.projector {
+        ProjectorShape::Grating => Projector::Grating(GratingProjector {
+            wavelength_nm: shape.wavelength_nm,
+            grating_lines_per_mm: shape.lines_per_mm,
+            orders: model.orders.clone(),
+            line_direction,
+        }),
+        ProjectorShape::Lasers { lines } => {
+            Projector::Planes(PlanesProjector { lines, line_direction, switched: false })
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
+use capture::{PlanesProjector, Projector};
 use devices::{Camera, CameraRequest, DeviceSet, Driver, Laser, OpenError, Opened, Stage};
 use optics::StageKind;
 use remedy::{Remedy, with_causes};
@@ -15,7 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::live::{Timing, TwinControl, TwinOptions, TwinStation};
-use crate::model::shape::StationShape;
+use crate::model::shape::{ProjectorShape, StationShape};
 use crate::model::station::StationModel;
 use crate::params::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 use crate::part::mesh::Solid;
@@ -46,6 +47,9 @@ pub struct TwinSettings {
     /// frames per second of the live view
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
+    /// Independent lasers instead of laser and grating: the station's projector, no setting of its own.
+    #[serde(skip)]
+    pub lasers: Option<PlanesProjector>,
 }
 
 impl Default for TwinSettings {
@@ -60,6 +64,7 @@ impl Default for TwinSettings {
             ambient_levels: 0.0,
             realistic_timing: false,
             frame_rate_hz: 30.0,
+            lasers: None,
         }
     }
 }
@@ -172,7 +177,11 @@ impl WorldError {
 
 fn world(settings: &TwinSettings) -> Result<TwinStation, WorldError> {
     let stage = if settings.rotary { StageKind::Rotary } else { StageKind::Linear };
-    let shape = StationShape { stage, ambient_levels: settings.ambient_levels, ..StationShape::default() };
+    let mut shape = StationShape { stage, ambient_levels: settings.ambient_levels, ..StationShape::default() };
+    if let Some(lasers) = &settings.lasers {
+        shape.projector = ProjectorShape::Lasers { lines: lasers.lines };
+        shape.line_direction = Projector::Planes(lasers.clone()).direction_of(0);
+    }
     let model = StationModel::seeded(settings.seed, &shape)
         .map_err(|error| WorldError::new(with_causes(&error), "choose another station.twin.seed"))?;
     let timing = if settings.realistic_timing { Timing::Realistic } else { Timing::Instant };

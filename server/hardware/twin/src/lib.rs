@@ -22,7 +22,7 @@ pub use driver::{TwinDriver, TwinSettings};
 pub use live::{
     FaultNameError, Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation,
 };
-pub use model::shape::StationShape;
+pub use model::shape::{ProjectorShape, StationShape};
 pub use model::station::{StationError, StationModel};
 pub use part::board::Board;
 pub use part::freeform::Freeform;

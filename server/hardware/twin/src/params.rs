@@ -89,3 +89,6 @@ pub const GAUGE_HEIGHT_MM: f64 = 8.9;
 
 /// Default radius of the ball, mm: that of the paper.
 pub const SPHERE_RADIUS_MM: f64 = 18.9;
+
+/// Part of the field's height over which independent lasers are aimed: boards held for calibration fill it.
+pub const LASER_FIELD_FRACTION: f64 = 0.5;

@@ -96,7 +96,8 @@ impl Renderer {
         if phi_rad.abs() >= self.model().fan_half_angle_rad {
             return None;
         }
-        let ray = self.model().grating.ray(phi_rad, order)?;
+        let (source, source_order) = self.model().source_of(order);
+        let ray = source.ray(phi_rad, source_order)?;
         let hit = scene.hit(&ray.origin_mm, &ray.direction)?;
         let point = ray.origin_mm + ray.direction * hit.ray_length;
         let pixel = self.model().camera.project(&point)?;
@@ -161,13 +162,19 @@ pub(crate) fn truth_json(
             put("stage_axis_point".to_owned(), vector(&axis.point_mm))
         }
     };
-    put("S".to_owned(), vector(&grating.source_mm));
-    put("axis".to_owned(), vector(&grating.axis));
-    put("fan".to_owned(), vector(&grating.fan));
-    put("normal".to_owned(), vector(&grating.normal));
-    put("groove".to_owned(), vector(&grating.groove));
-    put("gap".to_owned(), json!(grating.gap_mm));
-    put("wavelength_over_period".to_owned(), json!(grating.wavelength_over_period));
+    if model.lasers.is_empty() {
+        put("S".to_owned(), vector(&grating.source_mm));
+        put("axis".to_owned(), vector(&grating.axis));
+        put("fan".to_owned(), vector(&grating.fan));
+        put("normal".to_owned(), vector(&grating.normal));
+        put("groove".to_owned(), vector(&grating.groove));
+        put("gap".to_owned(), json!(grating.gap_mm));
+        put("wavelength_over_period".to_owned(), json!(grating.wavelength_over_period));
+    }
+    for (line, laser) in model.lasers.iter().enumerate() {
+        put(format!("laser{line}_source"), vector(&laser.source_mm));
+        put(format!("laser{line}_plane_normal"), vector(&laser.axis.cross(&laser.fan)));
+    }
     put("orders".to_owned(), json!(model.orders));
     put("order_powers".to_owned(), json!(model.order_powers));
     put("seed".to_owned(), json!(model.seed));

@@ -52,9 +52,10 @@ impl Fan {
     pub(crate) fn new(model: &StationModel, angles: FanAngles, order: i8) -> Self {
         let widest = model.defocus(model.shape.standoff_mm * (1.0 - EVALUATED_DEPTH_FRACTION));
         let half_width_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm * widest;
+        let (source, source_order) = model.source_of(order);
         let ray = |idx: i32| {
-            let LightRay { origin_mm, direction } = model.grating.ray(angles.phi_rad(idx), order)?;
-            let across_mm = direction.cross(&model.grating.fan).normalize() * half_width_mm;
+            let LightRay { origin_mm, direction } = source.ray(angles.phi_rad(idx), source_order)?;
+            let across_mm = direction.cross(&source.fan).normalize() * half_width_mm;
             Some(FanRay { origin_mm, direction, across_mm })
         };
         Self { order, angles, half_width_mm, rays: (-angles.last..=angles.last).map(ray).collect() }

@@ -3,6 +3,18 @@
 use optics::StageKind;
 use vision::LineDirection;
 
+/// The line projector of a station.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProjectorShape {
+    /// A laser behind a grating.
+    Grating,
+    /// Independent lasers, side by side, without a grating; the lines are numbered from 0, from the top (left).
+    Lasers {
+        /// How many, 1 to [`LINES_MAX`](capture::params::LINES_MAX).
+        lines: usize,
+    },
+}
+
 /// The requested properties of a station. The default is a 1280 × 1024 station at 400 mm with five red lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationShape {
@@ -12,13 +24,15 @@ pub struct StationShape {
     pub height_px: usize,
     /// Bits per pixel: 8 or 16.
     pub bits: u32,
+    /// What makes the lines.
+    pub projector: ProjectorShape,
     /// Nominal wavelength of the laser.
     pub wavelength_nm: f64,
     /// Nominal grooves per millimetre of the grating.
     pub lines_per_mm: f64,
     /// Relative error of the true λ/d_g against the nominal value.
     pub wavelength_over_period_error: f64,
-    /// Orders that carry light, in any sequence.
+    /// Orders of a grating that carry light, in any sequence.
     pub orders: Vec<i8>,
     /// Direction of the lines in the image; if along columns, the projector is mounted beside the camera.
     pub line_direction: LineDirection,
@@ -50,6 +64,7 @@ impl Default for StationShape {
             width_px: 1280,
             height_px: 1024,
             bits: 8,
+            projector: ProjectorShape::Grating,
             wavelength_nm: 660.0,
             lines_per_mm: 50.0,
             wavelength_over_period_error: 0.0,

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use capture::params::LINES_MAX;
 use nalgebra::{Rotation3, Vector3};
 use optics::{Camera, Grating, Motion, RotaryAxis, Stage, StageAxis, StageKind};
 use rand::{Rng, SeedableRng};
@@ -10,14 +11,17 @@ use remedy::Remedy;
 use vision::LineDirection;
 
 use crate::model::random::derived_seed;
-use crate::model::shape::StationShape;
-use crate::params::{FAN_MARGIN, LOOK_DOWN_RAD, TABLE_BELOW_FRACTION};
+use crate::model::shape::{ProjectorShape, StationShape};
+use crate::params::{FAN_MARGIN, LASER_FIELD_FRACTION, LOOK_DOWN_RAD, TABLE_BELOW_FRACTION};
 
 /// Random stream of the station's own numbers, derived from its seed.
 const STATION_STREAM: u64 = 1;
 
 /// Random stream of a turntable's axis.
 const AXIS_STREAM: u64 = 6;
+
+/// Random stream of independent lasers.
+const LASER_STREAM: u64 = 7;
 
 /// Why a station cannot be built as requested.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -67,13 +71,16 @@ pub struct StationModel {
     pub shape: StationShape,
     /// The true camera.
     pub camera: Camera,
-    /// The true grating.
+    /// The true grating; without meaning if there are lasers.
     pub grating: Grating,
+    /// The true independent lasers, one per line: each a source whose light passes undiffracted, as order 0. Empty for
+    /// a grating.
+    pub lasers: Vec<Grating>,
     /// The true stage.
     pub stage: Stage,
-    /// Orders from the top (left) of the image downwards (rightwards).
+    /// Orders, or numbers of independent lines, from the top (left) of the image downwards (rightwards).
     pub orders: Vec<i8>,
-    /// Power of each order relative to the brightest, in the sequence of `orders`.
+    /// Power of each line relative to the brightest, in the sequence of `orders`.
     pub order_powers: Vec<f64>,
     /// Half of the laser's fan angle.
     pub fan_half_angle_rad: f64,
@@ -93,10 +100,12 @@ impl StationModel {
         let mut grating = seeded_grating(&mut draw, shape);
         let mut stage =
             Vector3::new(draw.around(0.0, 0.01), 1.0, draw.around(0.0, 0.02)).normalize() * draw.around(1.0, 4e-4);
+        let mut lasers = seeded_lasers(seed, shape);
         let mut axis = seeded_axis(seed, shape);
         if shape.line_direction == LineDirection::Columns {
             let quarter_turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -std::f64::consts::FRAC_PI_2);
             grating = turned(&grating, &quarter_turn);
+            lasers = lasers.iter().map(|laser| turned(laser, &quarter_turn)).collect();
             stage = quarter_turn * stage;
             axis = RotaryAxis::new(quarter_turn * axis.point_mm, quarter_turn * axis.direction);
         }
@@ -104,9 +113,9 @@ impl StationModel {
             StageKind::Linear => StageAxis::new(stage).into(),
             StageKind::Rotary => axis.into(),
         };
-        let orders = orders_in_image(shape, &camera, &grating)?;
-        let powers: Vec<f64> =
-            orders.iter().map(|&m| draw.around(1.0, 0.05) / (1.0 + 0.12 * f64::from(m).powi(2))).collect();
+        let orders = orders_in_image(shape, &camera, &grating, &lasers)?;
+        let efficiency = |order: i8| if lasers.is_empty() { 1.0 + 0.12 * f64::from(order).powi(2) } else { 1.0 };
+        let powers: Vec<f64> = orders.iter().map(|&m| draw.around(1.0, 0.05) / efficiency(m)).collect();
         let brightest = powers.iter().copied().fold(0.0, f64::max);
         let half_field = shape.field_half_width_mm.max(half_height_mm(shape)) * FAN_MARGIN;
         let mm_per_px = shape.field_half_width_mm * 2.0 / shape.width_px as f64;
@@ -115,6 +124,7 @@ impl StationModel {
             shape: shape.clone(),
             camera,
             grating,
+            lasers,
             stage,
             order_powers: powers.iter().map(|power| power / brightest).collect(),
             orders,
@@ -143,6 +153,11 @@ impl StationModel {
     /// Distance of a turntable's top below the middle of the working volume.
     pub(crate) fn table_below_mm(&self) -> f64 {
         TABLE_BELOW_FRACTION * self.shape.field_half_width_mm
+    }
+
+    /// The source of a line, and the order of its light there: 0, undiffracted, for an independent laser.
+    pub fn source_of(&self, line: i8) -> (Grating, i8) {
+        source_of(&self.grating, &self.lasers, line)
     }
 
     /// Thickness of the light sheets at this depth relative to the standoff: √(1 + (Δz/z_R)²) of a Gaussian beam.
@@ -223,6 +238,29 @@ fn seeded_axis(seed: u64, shape: &StationShape) -> RotaryAxis {
     RotaryAxis::new(point, Vector3::new(flat, draw.around(0.0, 0.01), -down))
 }
 
+/// Lasers beside each other above the camera, each aimed at its share of the field; lines along image rows.
+fn seeded_lasers(seed: u64, shape: &StationShape) -> Vec<Grating> {
+    let ProjectorShape::Lasers { lines } = shape.projector else { return Vec::new() };
+    let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, LASER_STREAM)) };
+    let reach_mm = LASER_FIELD_FRACTION * half_height_mm(shape);
+    let one = |line: usize| {
+        let mut laser = seeded_grating(&mut draw, shape);
+        let across_mm = reach_mm * ((2 * line + 1) as f64 / lines as f64 - 1.0);
+        let aim = Vector3::new(0.0, across_mm, shape.standoff_mm);
+        let tilt = Rotation3::rotation_between(&laser.axis, &(aim - laser.source_mm)).unwrap_or_default();
+        laser = turned(&laser, &tilt);
+        Grating { normal: laser.axis, groove: laser.fan, ..laser }
+    };
+    (0..lines).map(one).collect()
+}
+
+fn source_of(grating: &Grating, lasers: &[Grating], line: i8) -> (Grating, i8) {
+    match usize::try_from(line).ok().and_then(|line| lasers.get(line)) {
+        Some(laser) => (*laser, 0),
+        None => (*grating, line),
+    }
+}
+
 /// The unit vector nearest to `vector` that is perpendicular to the unit vector `to`.
 fn perpendicular(vector: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     (vector - to * vector.dot(to)).normalize()
@@ -239,23 +277,30 @@ fn turned(grating: &Grating, turn: &Rotation3<f64>) -> Grating {
     }
 }
 
-/// The requested orders in image order, from the top (left).
-fn orders_in_image(shape: &StationShape, camera: &Camera, grating: &Grating) -> Result<Vec<i8>, StationError> {
+/// The requested orders, or the lines of the lasers, in image order, from the top (left).
+fn orders_in_image(
+    shape: &StationShape,
+    camera: &Camera,
+    grating: &Grating,
+    lasers: &[Grating],
+) -> Result<Vec<i8>, StationError> {
     let mut found: Vec<(f64, i8)> = Vec::new();
     let mut missed = Vec::new();
     let limit = match shape.line_direction {
         LineDirection::Rows => shape.height_px as f64 - 1.0,
         LineDirection::Columns => shape.width_px as f64 - 1.0,
     };
-    for &order in &shape.orders {
-        let across = grating.ray(0.0, order).filter(|ray| ray.direction.z > 0.0).and_then(|ray| {
+    let lines = (0..=i8::MAX).take(lasers.len()).collect::<Vec<i8>>();
+    for &line in if lasers.is_empty() { &shape.orders } else { &lines } {
+        let (source, order) = source_of(grating, lasers, line);
+        let across = source.ray(0.0, order).filter(|ray| ray.direction.z > 0.0).and_then(|ray| {
             let ray_length = (shape.standoff_mm - ray.origin_mm.z) / ray.direction.z;
             let pixel = camera.project(&(ray.origin_mm + ray.direction * ray_length))?;
             Some(if shape.line_direction == LineDirection::Rows { pixel.y } else { pixel.x })
         });
         match across {
-            Some(across) if (0.0..=limit).contains(&across) => found.push((across, order)),
-            _ => missed.push(order),
+            Some(across) if (0.0..=limit).contains(&across) => found.push((across, line)),
+            _ => missed.push(line),
         }
     }
     if !missed.is_empty() {
@@ -311,6 +356,10 @@ fn check(shape: &StationShape) -> Result<(), StationError> {
     let error = "give a relative error below 0.1";
     let drift = shape.wavelength_over_period_error;
     within("wavelength_over_period_error", drift, drift.abs() < 0.1, error)?;
+    if let ProjectorShape::Lasers { lines } = shape.projector {
+        let expected = "give 1 to 41 lasers";
+        within("lines", lines as f64, (1..=LINES_MAX).contains(&lines), expected)?;
+    }
     let mut orders = shape.orders.clone();
     orders.sort_unstable();
     orders.dedup();

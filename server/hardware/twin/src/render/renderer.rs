@@ -53,16 +53,16 @@ impl Renderer {
     }
 
     fn with_noise(model: &StationModel, noise: Noise) -> Self {
-        let light = LightSurfaces::Grating(model.grating);
         let quantiles = normal_quantiles();
         let contrast = if noise == Noise::On { model.shape.speckle_contrast } else { 0.0 };
         let side = scrambled(model.seed) as f64 / u64::MAX as f64 * std::f64::consts::TAU;
         let middle = Vector3::new(0.0, 0.0, model.shape.standoff_mm);
-        let reference_distance_mm = (middle - model.grating.source_mm).norm();
+        let (first, _) = model.source_of(model.orders.first().copied().unwrap_or(0));
+        let reference_distance_mm = (middle - first.source_mm).norm();
         let fan_angles = FanAngles::new(model, reference_distance_mm);
         Self {
             rays: ray_map(&model.camera),
-            sheets: model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect(),
+            sheets: sheets(model),
             fan_angles,
             fans: fans(model, fan_angles),
             reference_distance_mm,
@@ -81,9 +81,7 @@ impl Renderer {
 
     /// The same camera with the grating and light of another model of the station, in a fraction of the time.
     pub(crate) fn with_light_of(&self, model: &StationModel) -> Self {
-        let light = LightSurfaces::Grating(model.grating);
-        let sheets = model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect();
-        Self { sheets, fans: fans(model, self.fan_angles), model: model.clone(), ..self.clone() }
+        Self { sheets: sheets(model), fans: fans(model, self.fan_angles), model: model.clone(), ..self.clone() }
     }
 
     /// The station.
@@ -230,6 +228,15 @@ impl Renderer {
             }
         }
     }
+}
+
+/// The sheet of every order.
+fn sheets(model: &StationModel) -> Vec<SheetMap> {
+    let sheet = |line: &i8| {
+        let (source, order) = model.source_of(*line);
+        SheetMap::new(&model.camera, &LightSurfaces::Grating(source), order)
+    };
+    model.orders.iter().map(sheet).collect()
 }
 
 /// The fan of every order.

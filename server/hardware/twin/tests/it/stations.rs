@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use optics::{Camera, Grating, LightSurfaces};
 use serde_json::Value;
 use twin::poses::{board_poses, stage_board};
-use twin::{Board, Renderer, Scene, SceneKind, StationError, StationModel, StationShape};
-use vision::{GreyImage, LineDirection};
+use twin::{Board, ProjectorShape, Renderer, Scene, SceneKind, StationError, StationModel, StationShape};
+use vision::{CentrelineParams, GreyImage, LineDirection, find_centrelines};
 
 fn small() -> StationShape {
     StationShape { width_px: 192, height_px: 160, ..StationShape::default() }
@@ -232,4 +232,36 @@ fn shift_px(a: &GreyImage, b: &GreyImage, corner: &Vector2<f64>) -> Vector2<f64>
         right += row * f64::from(b.at(u, v));
     }
     (normal.try_inverse().unwrap() * right).fixed_rows::<2>(0).into()
+}
+
+#[test]
+fn independent_lasers_make_one_plane_each_across_the_lines_direction() {
+    for (line_direction, lines) in
+        [(LineDirection::Rows, 1), (LineDirection::Rows, 2), (LineDirection::Columns, 3)]
+    {
+        let size = StationShape { width_px: 640, height_px: 512, ..StationShape::default() };
+        let shape = StationShape { projector: ProjectorShape::Lasers { lines }, line_direction, ..size };
+        let model = StationModel::seeded(3, &shape).unwrap();
+        let numbers: Vec<i8> = (0..).take(lines).collect();
+        assert_eq!((model.orders.clone(), model.lasers.len()), (numbers, lines));
+        let renderer = Renderer::without_noise(&model);
+        let scene = SceneKind::Sphere { radius_mm: 18.9 }.placed(&model, 1);
+        let points = renderer.truth_points(&scene, 2.0);
+        let image = renderer.laser_image(&scene, 2.0, 0);
+        let found = find_centrelines(&image, &CentrelineParams { line_direction, ..Default::default() });
+        let n_found: usize = found.segments.iter().map(|segment| segment.points.len()).sum();
+        assert!(n_found as f64 > 0.95 * points.len() as f64, "{n_found} of {}", points.len());
+        for line in &model.orders {
+            let laser = &model.lasers[*line as usize];
+            let normal = laser.axis.cross(&laser.fan);
+            let of_line: Vec<_> = points.iter().filter(|point| point.order == *line).collect();
+            assert!(of_line.len() > 200, "line {line}: {}", of_line.len());
+            for point in of_line {
+                let off_mm = normal.dot(&(point.hit_in_camera_mm - laser.source_mm));
+                assert!(off_mm.abs() < 1e-9, "line {line}: {off_mm} mm off its plane");
+            }
+        }
+    }
+    let none = StationShape { projector: ProjectorShape::Lasers { lines: 0 }, ..small() };
+    assert!(matches!(StationModel::seeded(3, &none), Err(StationError::OutOfRange { name: "lines", .. })));
 }

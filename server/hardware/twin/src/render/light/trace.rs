@@ -147,12 +147,13 @@ impl Tracer<'_> {
         placed: &mut PlacedCorners,
     ) {
         let Renderer { model, .. } = self.renderer;
-        let Fan { order, angles, half_width_mm, .. } = *self.fan;
+        let Fan { order: line, angles, half_width_mm, .. } = *self.fan;
         let steps = (-angles.last..=angles.last).step_by(COARSE as usize).chain([angles.last]);
         let cell = CELL_PX * angles.step_rad / FINE_STEP_PX;
         let Some(ball) = scene.part_ball() else { return };
         let steps = steps.map(|idx| angles.phi_rad(idx));
-        let Some(band) = Band::new(&model.grating, order, steps, half_width_mm, &ball, cell) else { return };
+        let (source, order) = model.source_of(line);
+        let Some(band) = Band::new(&source, order, steps, half_width_mm, &ball, cell) else { return };
         placed.prepare(&model.camera, mesh, &scene.moved_mm);
         let origin = mesh.plate.point_mm + scene.moved_mm;
         let may_touch =

@@ -142,15 +142,16 @@ fn light_of_order(
 impl OrderLight {
     fn new(renderer: &Renderer, order_idx: usize) -> Self {
         let model = &renderer.model;
+        let (grating, _) = model.source_of(model.orders[order_idx]);
         let peak = model.shape.line_peak * f64::from(FULL_SCALE) / WHITE_REFLECTANCE;
         Self {
-            grating: model.grating,
+            grating,
             sheet_sigma_mm: model.sheet_sigma_mm,
             standoff_mm: model.shape.standoff_mm,
             per_focus_depth_mm: 1.0 / model.shape.focus_depth_mm,
             fan_half_angle_rad: model.fan_half_angle_rad,
             peak_mm: peak * model.order_powers[order_idx] * renderer.reference_distance_mm
-                / incidence_on_plate(&model.grating),
+                / incidence_on_plate(&grating),
         }
     }
 }
@@ -233,7 +234,7 @@ mod tests {
     use vision::LineDirection;
 
     use super::*;
-    use crate::model::shape::StationShape;
+    use crate::model::shape::{ProjectorShape, StationShape};
     use crate::model::station::StationModel;
     use crate::part::mesh::Solid;
     use crate::part::poses::board_poses;
@@ -281,8 +282,9 @@ mod tests {
         let close =
             StationShape { field_half_width_mm: 30.0, orders: vec![-1, 0], lines_per_mm: 12.0, ..shape.clone() };
         let wide = StationShape { field_half_width_mm: 170.0, orders: vec![-4, 0, 1, 4], ..shape.clone() };
+        let lasers = StationShape { projector: ProjectorShape::Lasers { lines: 2 }, ..shape.clone() };
         let table = Arc::new(table_over_waves());
-        for (seed, shape) in [(3, shape), (4, columns), (5, close), (6, wide)] {
+        for (seed, shape) in [(3, shape), (4, columns), (5, close), (6, wide), (7, lasers)] {
             let renderer = Renderer::new(&StationModel::seeded(seed, &shape).unwrap());
             let model = renderer.model();
             let kinds = [
