@@ -17,6 +17,8 @@ pub struct DoorSettings {
     pub mqtt: Vec<mqtt_door::Settings>,
     /// `[[doors.modbus]]`: results for programmable logic controllers, and triggers from them
     pub modbus: Vec<modbus_door::Settings>,
+    /// `[[doors.opcua]]`: an OPC UA server after OPC 40100-1 Machine Vision
+    pub opcua: Vec<opcua_door::Settings>,
 }
 
 /// A door that cannot be opened.
@@ -41,6 +43,7 @@ impl DoorSettings {
         add(&mut doors, "doors.webhook", self.webhook, webhook_door::open)?;
         add(&mut doors, "doors.mqtt", self.mqtt, mqtt_door::open)?;
         add(&mut doors, "doors.modbus", self.modbus, modbus_door::open)?;
+        add(&mut doors, "doors.opcua", self.opcua, opcua_door::open)?;
         Ok(doors)
     }
 }

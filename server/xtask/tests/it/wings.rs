@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const DEPENDENCIES: [(&str, &str, &[&str]); 31] = [
+const DEPENDENCIES: [(&str, &str, &[&str]); 32] = [
     (
         "sheaf",
         "server/cli",
@@ -17,6 +17,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 31] = [
             "sheaf-webhook",
             "sheaf-mqtt",
             "sheaf-modbus",
+            "sheaf-opcua",
             "sheaf-app",
             "sheaf-report",
             "sheaf-live",
@@ -61,6 +62,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 31] = [
     ("sheaf-webhook", "server/service/doors/webhook", &["sheaf-app"]),
     ("sheaf-mqtt", "server/service/doors/mqtt", &["sheaf-app"]),
     ("sheaf-modbus", "server/service/doors/modbus", &["sheaf-app"]),
+    ("sheaf-opcua", "server/service/doors/opcua", &["sheaf-app"]),
     (
         "sheaf-app",
         "server/service/app",
@@ -157,7 +159,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 31] = [
 ];
 
 /// Library, and the only crates that may depend on it.
-const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 11] = [
+const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 12] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
     ("utoipa-axum", &["sheaf-http"]),
@@ -167,6 +169,7 @@ const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 11] = [
     ("ureq", &["sheaf-webhook"]),
     ("rumqttc", &["sheaf-mqtt"]),
     ("tokio-modbus", &["sheaf-modbus"]),
+    ("async-opcua", &["sheaf-opcua"]),
     (
         "tokio",
         &[
@@ -176,6 +179,7 @@ const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 11] = [
             "sheaf-webhook",
             "sheaf-mqtt",
             "sheaf-modbus",
+            "sheaf-opcua",
             "sheaf-app",
             "sheaf-live",
             "sheaf-store",
@@ -186,8 +190,8 @@ const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 11] = [
 ];
 
 /// The only crates that may open sockets themselves: the HTTP server, the program that passes it its port, and the
-/// Modbus server.
-const NETWORK: [&str; 3] = ["sheaf-http", "sheaf-modbus", "sheaf"];
+/// servers of doors.
+const NETWORK: [&str; 4] = ["sheaf-http", "sheaf-modbus", "sheaf-opcua", "sheaf"];
 
 struct Crate {
     folder: String,

@@ -1,0 +1,123 @@
+//! The door: shows each result to the clients of its server.
+
+use std::sync::Arc;
+
+use app::App;
+use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, InspectionMessage, Undelivered};
+use async_trait::async_trait;
+use tokio::sync::watch;
+
+use crate::line::{AppLine, Condition, Finished, Line};
+use crate::server::users::Users;
+use crate::server::{Parts, Shared, serve};
+use crate::settings::Settings;
+
+/// The event that announces a result.
+const INSPECTION_FINISHED: &str = "inspection.finished";
+
+/// An OPC UA server.
+pub struct OpcUaDoor {
+    settings: Settings,
+    filter: EventFilter,
+    users: Arc<Users>,
+    shared: Shared,
+}
+
+impl OpcUaDoor {
+    /// Not listening yet.
+    ///
+    /// # Errors
+    /// A setting cannot be used.
+    pub fn new(settings: Settings) -> Result<Self, BadSetting> {
+        if settings.name.trim().is_empty() {
+            return Err(BadSetting { setting: "name", why: "it is empty; give the door a name".to_owned() });
+        }
+        if !settings.certificates.is_absolute() {
+            let why = format!("\"{}\" is not an absolute path", settings.certificates.display());
+            return Err(BadSetting { setting: "certificates", why });
+        }
+        let users = Arc::new(Users::new(&settings.users, settings.commands, settings.anonymous)?);
+        let filter = EventFilter::new(vec![INSPECTION_FINISHED.to_owned()], settings.recipes.clone())?;
+        Ok(Self { settings, filter, users, shared: Shared::new() })
+    }
+
+    /// Serves clients until `closing` ends.
+    pub async fn run(
+        &self,
+        line: Arc<dyn Line>,
+        condition: watch::Receiver<Condition>,
+        closing: impl Future<Output = ()>,
+    ) {
+        let parts = Parts { settings: self.settings.clone(), users: self.users.clone(), line, condition };
+        serve(&self.shared, parts, closing).await;
+    }
+
+    /// Shows a result. Nobody acknowledges it: a client that was away asks for the results that it missed.
+    async fn show(&self, inspection: &InspectionMessage) -> Result<(), Undelivered> {
+        let running = self.shared.running().map_err(Undelivered::unreachable)?;
+        let job_id = match running.line.result(&inspection.id).await {
+            Ok(stored) => stored.job_id,
+            Err(refusal) => {
+                return Err(Undelivered::unreachable(format!("the result cannot be read: {refusal:?}")));
+            }
+        };
+        running.publisher.publish_result(&Finished { inspection: inspection.clone(), job_id });
+        Ok(())
+    }
+}
+
+#[async_trait]
+impl Door for OpcUaDoor {
+    fn name(&self) -> &str {
+        &self.settings.name
+    }
+
+    fn kind(&self) -> &'static str {
+        "opcua"
+    }
+
+    fn target(&self) -> String {
+        format!("clients at opc.tcp://{}", self.settings.listen)
+    }
+
+    /// A re-evaluation is not wanted: a client would take it for the part before it.
+    fn wants(&self, event: &EventRecord) -> bool {
+        self.filter.matches(event) && event.body["re_evaluated_from"].is_null()
+    }
+
+    async fn deliver(&self, delivery: &Delivery) -> Result<(), Undelivered> {
+        match &delivery.inspection {
+            Some(inspection) => self.show(inspection).await,
+            // A test shows nothing: a client would take it for a part.
+            None => self.shared.running().map(drop).map_err(Undelivered::unreachable),
+        }
+    }
+
+    async fn serve(self: Arc<Self>, app: App) {
+        let mut status = app.station.watch_status();
+        let condition = watch::Sender::new(Condition::default());
+        let watched = condition.subscribe();
+        let follow = async move {
+            loop {
+                let now = status.borrow_and_update().clone();
+                let changes = now.state_history.after(0).map(|(number, state)| (number, state.name()));
+                let fault = now.faults.last().map(|fault| format!("{}; {}", fault.detail, fault.remedy));
+                let next = Condition { changes: changes.collect(), job_id: now.job_id.clone(), fault };
+                condition.send_if_modified(|known| {
+                    let is_modified = *known != next;
+                    *known = next;
+                    is_modified
+                });
+                if status.changed().await.is_err() {
+                    // The station is shut down before the doors: its last state stays.
+                    std::future::pending::<()>().await;
+                }
+            }
+        };
+        let line = Arc::new(AppLine::new(app.clone(), &self.settings.name, &self.settings.recipes));
+        tokio::select! {
+            () = follow => {}
+            () = self.run(line, watched, app.closing.cancelled()) => {}
+        }
+    }
+}

@@ -1,0 +1,253 @@
+"""An OPC UA client of `sheaf-opcua`: URL FOLDER POLICY USER PASSWORD COMMAND. It prints what it saw as JSON.
+
+POLICY is the name of a security policy, or none; USER - is nobody. The client's certificate is created in FOLDER.
+`connect` logs in, `browse` reads the address space, `commands` calls every method that changes something, `inspect`
+starts a job and waits for its result, `list` asks for stored results.
+"""
+
+import asyncio
+import json
+import logging
+import socket
+import sys
+from pathlib import Path
+
+from asyncua import Client, ua
+from asyncua.crypto import security_policies
+from asyncua.crypto.cert_gen import setup_self_signed_certificate
+from cryptography.x509.oid import ExtendedKeyUsageOID
+
+logging.getLogger("asyncua").setLevel(logging.ERROR)
+
+URL, FOLDER, POLICY, USER, PASSWORD, COMMAND = sys.argv[1:7]
+ARGUMENTS = sys.argv[7:]
+VISION = "http://opcfoundation.org/UA/MachineVision"
+INSTANCES = "urn:sheaf:station"
+PATIENCE_S = 60
+JOB_STARTED, STATE_CHANGED, RESULT_READY = 1013, 1018, 1024
+CLIENT_URI = "urn:sheaf:test:client"
+
+
+async def connected():
+    client = Client(URL, timeout=30)
+    client.application_uri = CLIENT_URI
+    if POLICY != "none":
+        key, certificate = Path(FOLDER) / "client.pem", Path(FOLDER) / "client.der"
+        await setup_self_signed_certificate(
+            key, certificate, CLIENT_URI, socket.gethostname(), [ExtendedKeyUsageOID.CLIENT_AUTH], {"commonName": "client"}
+        )
+        policy = getattr(security_policies, f"SecurityPolicy{POLICY}")
+        await client.set_security(policy, str(certificate), str(key), mode=ua.MessageSecurityMode.SignAndEncrypt)
+    if USER != "-":
+        client.set_user(USER)
+        client.set_password(PASSWORD)
+    await client.connect()
+    return client
+
+
+class Seen:
+    """Collects events, and wakes whoever waits for one."""
+
+    def __init__(self):
+        self.events = []
+        self.news = asyncio.Event()
+
+    def event_notification(self, event):
+        self.events.append(event)
+        self.news.set()
+
+    def of(self, kind):
+        return [event for event in self.events if event.EventType.Identifier == kind]
+
+    async def until(self, kind, is_it):
+        async with asyncio.timeout(PATIENCE_S):
+            while True:
+                for event in self.of(kind):
+                    if is_it(event):
+                        return event
+                self.news.clear()
+                await self.news.wait()
+
+
+class Station:
+    def __init__(self, client, vision, instances):
+        self.client, self.vision, self.instances = client, vision, instances
+
+    def node(self, path):
+        return self.client.get_node(ua.NodeId(f"VisionSystem{path}", self.instances))
+
+    async def call(self, path, *arguments):
+        parent, _, _ = path.rpartition(".")
+        outputs = await self.node(parent).call_method(self.node(path).nodeid, *arguments)
+        return outputs
+
+    async def state(self):
+        machine = ".VisionStateMachine"
+        outer = await self.node(f"{machine}.CurrentState").read_value()
+        inner = await self.node(f"{machine}.AutomaticModeStateMachine.CurrentState").read_data_value(False)
+        return outer.Text, inner.Value.Value.Text if inner.StatusCode.is_good() else None
+
+
+def content(result):
+    return {pair.Value.Key.Name: pair.Value.Value for pair in map(as_variant, result.ResultContent)}
+
+
+def as_variant(one):
+    return one if isinstance(one, ua.Variant) else ua.Variant(one)
+
+
+def plain(result):
+    values = {key: getattr(value, "Value", value) for key, value in content(result).items()}
+    numbers = lambda key: [None if number != number else number for number in values[key]]  # noqa: E731
+    return {
+        "id": result.ResultId.Id,
+        "serial": result.PartId.Id,
+        "recipe": result.InternalRecipeId.Id,
+        "version": result.InternalRecipeId.Version,
+        "job_id": result.JobId.Id,
+        "meas_id": result.MeasId.Id if getattr(result, "MeasId", None) else None,
+        "simulated": result.IsSimulated,
+        "verdict": values["verdict"],
+        "ids": values["ids"],
+        "values": numbers("values"),
+        "expanded_uncertainties": numbers("expanded_uncertainties"),
+        "verdicts": values["verdicts"],
+        "lower_limits": numbers("lower_limits"),
+        "upper_limits": numbers("upper_limits"),
+    }
+
+
+async def browse(station):
+    async def tree(node):
+        children = await node.get_children()
+        return {(await child.read_browse_name()).Name: await tree(child) for child in children}
+
+    kind = await station.node("").read_type_definition()
+    latest = station.node(".ResultManagement.Results.LatestResult")
+    return {
+        "type": [kind.Identifier, kind.NamespaceIndex == station.vision],
+        "children": await tree(station.node("")),
+        "state": await station.state(),
+        "number": await station.node(".VisionStateMachine.CurrentState.Number").read_value(),
+        "latest": (await latest.read_data_value(False)).StatusCode.name,
+    }
+
+
+async def start_job(station, recipe, serial):
+    return await station.call(
+        ".VisionStateMachine.AutomaticModeStateMachine.StartSingleJob",
+        ua.MeasIdDataType(Id="M-1"),
+        ua.PartIdDataType(Id=serial),
+        ua.RecipeIdExternalDataType(Id=recipe),
+        ua.ProductIdDataType(Id=""),
+        ua.Variant([], ua.VariantType.Variant, is_array=True),
+    )
+
+
+async def inspect(station, recipe, serial):
+    seen = Seen()
+    subscription = await station.client.create_subscription(50, seen)
+    kinds = [STATE_CHANGED, JOB_STARTED, RESULT_READY]
+    nodes = [station.client.get_node(ua.NodeId(number, station.vision)) for number in kinds]
+    # The server compares types by OfType, not by lists of ids, which asyncua would send; and it keeps one event per item
+    # unless it is asked for more.
+    await subscription.subscribe_events(station.node(""), nodes, queuesize=100, where_clause_generation=False)
+    job, error = await start_job(station, recipe, serial)
+    if error:
+        return {"error": error}
+    event = await seen.until(RESULT_READY, lambda event: event.PartId.Id == serial)
+    await seen.until(STATE_CHANGED, lambda event: event.ToState.Text == "Ready")
+    result, result_error = (await station.call(".ResultManagement.GetResultById", event.ResultId, 0))[1:]
+    latest = await station.node(".ResultManagement.Results.LatestResult").read_value()
+    states = [event.ToState.Text for event in seen.of(STATE_CHANGED)]
+    started = [event.JobId.Id for event in seen.of(JOB_STARTED)]
+    return {
+        "error": error,
+        "job_id": job.Id,
+        "event": plain(event),
+        "message": event.Message.Text,
+        "by_id": plain(result),
+        "by_id_error": result_error,
+        "latest": plain(latest),
+        "states": states,
+        "started": started,
+    }
+
+
+async def results(station, serial, most, start):
+    nothing = [ua.RecipeIdExternalDataType(), ua.RecipeIdInternalDataType()]
+    nothing += [ua.ConfigurationIdDataType(), ua.ConfigurationIdDataType(), ua.ProductIdDataType(), ua.JobIdDataType()]
+    listed = await station.call(
+        ".ResultManagement.GetResultListFiltered",
+        ua.Variant(0, ua.VariantType.Int32),
+        ua.MeasIdDataType(),
+        ua.PartIdDataType(Id=serial),
+        *nothing,
+        ua.Variant(int(most), ua.VariantType.UInt32),
+        ua.Variant(int(start), ua.VariantType.UInt32),
+        ua.Variant(0, ua.VariantType.Int32),
+    )
+    complete, count, _, found, error = listed
+    return {"complete": complete, "count": count, "error": error, "results": [plain(one) for one in found or []]}
+
+
+async def recipes(station):
+    listed = await station.call(
+        ".RecipeManagement.GetRecipeListFiltered",
+        ua.RecipeIdExternalDataType(),
+        ua.ProductIdDataType(),
+        ua.Variant(2, ua.VariantType.Int32),
+        ua.Variant(0, ua.VariantType.UInt32),
+        ua.Variant(0, ua.VariantType.UInt32),
+        ua.Variant(0, ua.VariantType.Int32),
+    )
+    return [[one.Id, one.Version, one.Hash.hex() if one.Hash else None] for one in listed[3]]
+
+
+async def commands(station):
+    """The outcome of each: the output `Error`, or the name of the status that refuses the call."""
+    cause = [ua.Variant(0, ua.VariantType.Int32), "test"]
+    machine, automatic = ".VisionStateMachine", ".VisionStateMachine.AutomaticModeStateMachine"
+    external, internal = ua.RecipeIdExternalDataType(Id="bracket"), ua.RecipeIdInternalDataType()
+    calls = {
+        "PrepareRecipe": lambda: station.call(".RecipeManagement.PrepareRecipe", external, internal),
+        "StartSingleJob": lambda: start_job(station, "", "S-prepared"),
+        "UnprepareRecipe": lambda: station.call(".RecipeManagement.UnprepareRecipe", external, internal),
+        "NoRecipe": lambda: start_job(station, "unknown", "S-1"),
+        "NoSerial": lambda: start_job(station, "bracket", "  "),
+        "Abort": lambda: station.call(f"{automatic}.Abort", *cause),
+        "Stop": lambda: station.call(f"{automatic}.Stop", *cause),
+        "Halt": lambda: station.call(f"{machine}.Halt", *cause),
+        "Halted": station.state,
+        "Reset": lambda: station.call(f"{machine}.Reset", *cause),
+        "AfterReset": station.state,
+    }
+    outcomes = {}
+    for name, call in calls.items():
+        try:
+            outputs = await call()
+            is_state = name in ("Halted", "AfterReset")
+            outcomes[name] = outputs if is_state else outputs[-1] if isinstance(outputs, list) else outputs
+        except ua.UaStatusCodeError as error:
+            outcomes[name] = type(error).__name__
+    return outcomes
+
+
+async def main():
+    client = await connected()
+    try:
+        vision = await client.get_namespace_index(VISION)
+        # asyncua knows types of the same names in the base namespace, and then does not look at these.
+        for name, number, base in (("TrimmedString", 3017, ua.String), ("Handle", 3018, ua.UInt32)):
+            ua.register_basetype(name, ua.NodeId(number, vision), base)
+        await client.load_data_type_definitions()
+        station = Station(client, vision, await client.get_namespace_index(INSTANCES))
+        if COMMAND == "connect":
+            return {"state": await station.state()}
+        steps = {"browse": browse, "inspect": inspect, "list": results, "recipes": recipes, "commands": commands}
+        return await steps[COMMAND](station, *ARGUMENTS)
+    finally:
+        await client.disconnect()
+
+
+print(json.dumps(asyncio.run(main())))
