@@ -12,6 +12,7 @@ const PAGE_MODULES: Record<PageName, () => Promise<{ default: ComponentType }>> 
   scan: () => import("../pages/scan"),
   result: () => import("../pages/result"),
   inspections: () => import("../pages/inspections"),
+  statistics: () => import("../pages/statistics"),
   jobs: () => import("../pages/jobs"),
   results: () => import("../pages/results"),
   calibration: () => import("../pages/calibration"),

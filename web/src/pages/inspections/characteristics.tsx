@@ -1,11 +1,18 @@
 /** The measured characteristics of a part with their limits. */
 
 import { VerdictWord } from "../../components/verdict";
+import { href } from "../../state/browser/route";
 import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
 import { text } from "../../text";
 import { measureName, uncertaintyOf, withUnit } from "./values";
 
-export function Characteristics({ results }: { results: readonly CharacteristicResult[] }) {
+interface Properties {
+  /** Id of the recipe, for links to statistics. */
+  recipe_id: string;
+  results: readonly CharacteristicResult[];
+}
+
+export function Characteristics({ recipe_id, results }: Properties) {
   const words = text.value.inspections;
   return (
     <section class="card" aria-label={words.table}>
@@ -26,7 +33,7 @@ export function Characteristics({ results }: { results: readonly CharacteristicR
         </thead>
         <tbody>
           {worstFirst(results).map((result) => (
-            <Row key={result.id} result={result} />
+            <Row key={result.id} recipe_id={recipe_id} result={result} />
           ))}
         </tbody>
       </table>
@@ -34,7 +41,7 @@ export function Characteristics({ results }: { results: readonly CharacteristicR
   );
 }
 
-function Row({ result }: { result: CharacteristicResult }) {
+function Row({ recipe_id, result }: { recipe_id: string; result: CharacteristicResult }) {
   const words = text.value.inspections;
   const { lower, upper } = limitsOf(result);
   // `reason` contains `failure`.
@@ -42,7 +49,11 @@ function Row({ result }: { result: CharacteristicResult }) {
   return (
     <tr data-characteristic={result.id} data-verdict={result.verdict ?? undefined}>
       <td>
-        <strong>{result.id}</strong> <span class="muted">{measureName(result)}</span>
+        <strong>{result.id}</strong> <span class="muted">{measureName(result)}</span>{" "}
+        <a href={href("statistics", recipe_id, { characteristic: result.id })}>
+          {text.value.statistics.of_characteristic}
+          <span class="visually-hidden">: {result.id}</span>
+        </a>
         {[...new Set(reasons)].map(
           (reason) =>
             reason && (

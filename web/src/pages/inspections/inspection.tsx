@@ -55,7 +55,7 @@ function InspectionDetails({ inspection }: { inspection: Inspection }) {
         </p>
       )}
       {inspection.re_evaluated_from && <ChangedVerdicts inspection={inspection} />}
-      <Characteristics results={inspection.results} />
+      <Characteristics recipe_id={inspection.recipe.id} results={inspection.results} />
       <div class="cards">
         <Facts inspection={inspection} />
         <ReEvaluate inspection={inspection} />

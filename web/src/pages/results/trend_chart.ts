@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { colour, drawAcross, drawSign } from "../../scene/plot/chart_marks";
 import { decimal } from "../../units";
 import type { Trend, TrendPoint } from "./trend_data";
 
@@ -70,23 +71,10 @@ export class TrendChart {
   private drawLimits(): void {
     const { nominal, tolerance } = this.trend;
     if (nominal === undefined) return;
-    this.across(nominal, colour("--line-strong"), [2, 6]);
+    drawAcross(this.plot, nominal, colour("--line-strong"), [2, 6]);
     if (tolerance === undefined) return;
-    for (const limit of [nominal - tolerance, nominal + tolerance]) this.across(limit, colour("--ink"), [10, 6]);
-  }
-
-  private across(value: number, stroke: string, dash: number[]): void {
-    const { ctx, bbox } = this.plot;
-    const y = this.plot.valToPos(value, "y", true);
-    ctx.save();
-    ctx.strokeStyle = stroke;
-    ctx.lineWidth = 1.5 * devicePixelRatio;
-    ctx.setLineDash(dash);
-    ctx.beginPath();
-    ctx.moveTo(bbox.left, y);
-    ctx.lineTo(bbox.left + bbox.width, y);
-    ctx.stroke();
-    ctx.restore();
+    for (const limit of [nominal - tolerance, nominal + tolerance])
+      drawAcross(this.plot, limit, colour("--ink"), [10, 6]);
   }
 
   private drawPoints(): void {
@@ -106,24 +94,4 @@ export class TrendChart {
     });
     ctx.restore();
   }
-}
-
-/** A dot, or a cross for NOT OK and INVALID: distinguishable without colour. */
-function drawSign(ctx: CanvasRenderingContext2D, x: number, y: number, r: number, bad: boolean): void {
-  ctx.beginPath();
-  if (bad) {
-    ctx.lineWidth *= 2;
-    ctx.moveTo(x - r, y - r);
-    ctx.lineTo(x + r, y + r);
-    ctx.moveTo(x + r, y - r);
-    ctx.lineTo(x - r, y + r);
-    ctx.stroke();
-  } else {
-    ctx.arc(x, y, r, 0, 2 * Math.PI);
-    ctx.fill();
-  }
-}
-
-function colour(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

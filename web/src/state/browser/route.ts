@@ -15,15 +15,19 @@ export const PAGES = [
 ] as const;
 
 /** Pages without an entry in the rail, and the entry that they belong to. */
-const PARENTS = { result: "results", inspections: "results" } as const;
+const PARENTS = { result: "results", inspections: "results", statistics: "results" } as const;
 
 export type PageName = (typeof PAGES)[number] | keyof typeof PARENTS;
 
-const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections"];
+const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections", "statistics"];
+
+function hasParent(page: PageName): page is keyof typeof PARENTS {
+  return page in PARENTS;
+}
 
 /** The entry of the rail to which a page belongs. */
 export function railEntryOf(page: PageName): (typeof PAGES)[number] {
-  return page === "result" || page === "inspections" ? PARENTS[page] : page;
+  return hasParent(page) ? PARENTS[page] : page;
 }
 
 export interface Route {

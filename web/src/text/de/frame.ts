@@ -159,4 +159,5 @@ export const pages = {
   help: "Hilfe",
   result: "Ergebnis",
   inspections: "Prüfungen",
+  statistics: "Statistik",
 };

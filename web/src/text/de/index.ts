@@ -16,6 +16,7 @@ import { result } from "./result";
 import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
+import { statistics } from "./statistics";
 import { viewer } from "./viewer";
 
 /** German texts. */
@@ -45,5 +46,6 @@ export const de: Catalogue = {
   results,
   scan,
   settings,
+  statistics,
   viewer,
 };

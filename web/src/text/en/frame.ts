@@ -113,4 +113,5 @@ export const pages = {
   help: "Help",
   result: "Result",
   inspections: "Inspections",
+  statistics: "Statistics",
 };

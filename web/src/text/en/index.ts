@@ -15,6 +15,7 @@ import { result } from "./result";
 import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
+import { statistics } from "./statistics";
 import { viewer } from "./viewer";
 
 /** All texts of the page in English; other languages must have the same keys. */
@@ -44,6 +45,7 @@ export const en = {
   results,
   scan,
   settings,
+  statistics,
   viewer,
 };
 
