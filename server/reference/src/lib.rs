@@ -1,7 +1,7 @@
-//! What tests need that is no part of the repository: the reference data and a Python with the checks' packages.
+//! Test requirements outside the repository: reference data, and a Python environment with the packages of the checks.
 //!
-//! A test that lacks its part ends at once and counts as passed by the test runner, so it is noted here as *not run*:
-//! on stderr, and in the file that `SHEAF_TEST_NOT_RUN` names, from where `cargo xtask test` repeats it in its last lines.
+//! A test without its requirements returns immediately and counts as passed by the test runner, so it is recorded as *not
+//! run*: on stderr, and in the file given by `SHEAF_TEST_NOT_RUN`, which `cargo xtask test` lists at the end.
 //! Only tests may import this crate.
 
 use std::fs::OpenOptions;
@@ -14,7 +14,7 @@ const NOT_RUN: &str = "SHEAF_TEST_NOT_RUN";
 /// `part` of the reference data, such as `rig-a` or `real/ciclop`, below `SHEAF_DATA` or, without that, below
 /// `../shared/data` beside the repository.
 ///
-/// Returns `None` where it is absent: the calling test is then noted as not run and must end.
+/// Returns `None` if it is missing: the calling test is then recorded as not run and must return.
 pub fn data(part: &str) -> Option<PathBuf> {
     let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("SHEAF_DATA").map_or_else(default, PathBuf::from).join(part);
@@ -25,13 +25,13 @@ pub fn data(part: &str) -> Option<PathBuf> {
     None
 }
 
-/// The Python that `SHEAF_TEST_PYTHON` names, with the packages of `server/cli/tests/requirements.txt`.
+/// The Python given by `SHEAF_TEST_PYTHON`, with the packages of `server/cli/tests/requirements.txt`.
 ///
-/// Returns `None` where there is none: the calling test is then noted as not run and must end.
+/// Returns `None` if it is not set: the calling test is then recorded as not run and must return.
 pub fn python() -> Option<PathBuf> {
     let python = std::env::var_os("SHEAF_TEST_PYTHON").map(PathBuf::from);
     if python.is_none() {
-        not_run("SHEAF_TEST_PYTHON names no Python; cargo xtask test sets it");
+        not_run("SHEAF_TEST_PYTHON is not set; cargo xtask test sets it");
     }
     python
 }
@@ -49,12 +49,23 @@ pub fn has_program(program: &str, package: &str) -> bool {
     on_path
 }
 
-/// Notes that the calling test is not run because the program was built without `feature`, which needs `library`.
+/// The program that the environment variable `variable` names: firmware of other authors, built outside this repository.
+///
+/// Returns `None` where it names none: the calling test is then noted as not run and must end.
+pub fn named_program(variable: &str) -> Option<PathBuf> {
+    let program = std::env::var_os(variable).map(PathBuf::from);
+    if program.is_none() {
+        not_run(&format!("{variable} names no program; server/docs/devices/grbl.md tells how to build one"));
+    }
+    program
+}
+
+/// Records that the calling test is not run because the program was built without `feature`, which needs `library`.
 pub fn without_feature(feature: &str, library: &str) {
     not_run(&format!("built without the feature {feature}, which needs {library}"));
 }
 
-/// Notes the calling test as not run. The test is known by the name of its thread, so this must be called on it.
+/// Records the calling test as not run. The test is identified by the name of its thread, so this must be called on it.
 fn not_run(reason: &str) {
     let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
     let thread = std::thread::current();
@@ -67,7 +78,7 @@ fn not_run(reason: &str) {
             .open(&file)
             .and_then(|mut file| file.write_all(line.as_bytes()));
         if let Err(error) = written {
-            panic!("{NOT_RUN} names {}, which cannot be written: {error}", Path::new(&file).display());
+            panic!("{NOT_RUN}: {} cannot be written: {error}", Path::new(&file).display());
         }
     }
 }

@@ -1,29 +1,27 @@
 //! The driver over real firmware compiled for this computer, connected by a pseudo-terminal.
 //!
-//! `SHEAF_GRBLHAL` is the program of github.com/grblHAL/Simulator, `SHEAF_GRBL` that of github.com/grbl/grbl-sim with
-//! gnea/grbl; neither is part of this project. If the program has a limit switch, homing finds its zero; otherwise
-//! homing fails, and the tests that need a zero are left out, which is printed.
+//! `SHEAF_TEST_GRBLHAL` is the program of github.com/grblHAL/Simulator, `SHEAF_TEST_GRBL` that of
+//! github.com/grbl/grbl-sim with gnea/grbl; neither is part of this project, and without them these tests are noted as
+//! not run. If the program has a limit switch, homing finds its zero; otherwise homing fails, and the tests that need a
+//! zero are left out, which is printed.
 //!
 //! ```sh
-//! SHEAF_GRBLHAL=… cargo test -p sheaf-devices real_grbl_hal -- --ignored --nocapture
+//! SHEAF_TEST_GRBLHAL=… cargo test -p sheaf-devices real_grbl_hal -- --nocapture
 //! ```
 //! Not covered: times of a real board. The simulated processors share the machine with the tests.
 
-use std::fs::{File, OpenOptions};
+mod controller;
+mod suite;
+
 use std::io::{Read, Write};
-use std::os::fd::OwnedFd;
-use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use nix::pty::openpty;
-use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
-use tempfile::TempDir;
+use controller::Controller;
 
 use super::wait_until;
-use crate::drivers::grbl::{GrblConfig, GrblLaser, GrblStage, open, open_line};
+use crate::drivers::grbl::{GrblLaser, GrblStage, open, open_line};
 use crate::lines::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
 use crate::params::GRBL_GARBAGE_WINDOW;
 use crate::{Laser, Stage, StageError};
@@ -55,101 +53,17 @@ const SETTINGS: [&str; 11] = [
 /// Only X is homed in grblHAL.
 const GRBL_HAL_SETTINGS: [&str; 3] = ["$44=1", "$45=0", "$46=0"];
 
-/// A program that simulates a controller.
-struct Controller {
-    child: Child,
-    port: PathBuf,
-    _computer: OwnedFd,
-    _folder: TempDir,
-}
-
-impl Controller {
-    fn start(variable: &str) -> Option<Self> {
-        let Some(program) = std::env::var_os(variable) else {
-            println!("{variable} names no program: nothing is tried");
-            return None;
-        };
-        let folder = TempDir::new().unwrap();
-        let ends = openpty(None, None).unwrap();
-        let mut raw = tcgetattr(&ends.slave).unwrap();
-        cfmakeraw(&mut raw);
-        tcsetattr(&ends.slave, SetArg::TCSANOW, &raw).unwrap();
-        let port = nix::unistd::ttyname(&ends.slave).unwrap();
-        let end = || Stdio::from(ends.master.try_clone().unwrap());
-        let child = Command::new(program)
-            .args(["-n", "-s", "/dev/null", "-b", "/dev/null"])
-            .current_dir(folder.path())
-            .stdin(end())
-            .stdout(end())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        // The line is set to raw mode again: the program may have configured its own end differently.
-        std::thread::sleep(Duration::from_millis(500));
-        tcsetattr(&ends.slave, SetArg::TCSANOW, &raw).unwrap();
-        let controller = Self { child, port, _computer: ends.slave, _folder: folder };
-        // Data sent before its banner are lost.
-        controller.read_until("for help]");
-        std::thread::sleep(Duration::from_millis(500));
-        Some(controller)
-    }
-
-    fn line(&self) -> File {
-        OpenOptions::new().read(true).write(true).open(&self.port).unwrap()
-    }
-
-    /// Sends lines and waits for the answer to each.
-    fn set(&self, lines: &[&str]) {
-        let mut line = self.line();
-        for command in lines {
-            line.write_all(format!("{command}\n").as_bytes()).unwrap();
-            self.read_until("ok\r\n");
-        }
-    }
-
-    fn read_until(&self, end: &str) {
-        let mut line = self.line();
-        let (mut said, mut byte) = (String::new(), [0]);
-        while !said.ends_with(end) {
-            assert_eq!(line.read(&mut byte).unwrap(), 1, "it ended after {said}");
-            said.push(char::from(byte[0]));
-        }
-    }
-
-    /// Writes bytes directly, bypassing the driver.
-    fn press(&self, bytes: &[u8]) {
-        self.line().write_all(bytes).unwrap();
-    }
-
-    fn config(&self) -> GrblConfig {
-        GrblConfig {
-            zero_at_machine_mm: -50.0,
-            homing_limit: MOTION_LIMIT,
-            ..GrblConfig::new(self.port.to_str().unwrap(), STEPS_PER_MM, (-40.0, 40.0))
-        }
-    }
-}
-
-impl Drop for Controller {
-    fn drop(&mut self) {
-        self.child.kill().ok();
-        self.child.wait().ok();
-    }
-}
-
 #[test]
-#[ignore = "needs the program that SHEAF_GRBLHAL names"]
 fn real_grbl_hal() {
-    let Some(controller) = Controller::start("SHEAF_GRBLHAL") else { return };
+    let Some(controller) = Controller::start("SHEAF_TEST_GRBLHAL") else { return };
     controller.set(&SETTINGS);
     controller.set(&GRBL_HAL_SETTINGS);
     all(&controller);
 }
 
 #[test]
-#[ignore = "needs the program that SHEAF_GRBL names"]
 fn real_grbl() {
-    let Some(controller) = Controller::start("SHEAF_GRBL") else { return };
+    let Some(controller) = Controller::start("SHEAF_TEST_GRBL") else { return };
     controller.set(&SETTINGS);
     all(&controller);
 }
