@@ -8,7 +8,7 @@ export const settings = {
   language: "Sprache",
   theme: "Farbschema",
   themes: { system: "System", light: "hell", dark: "dunkel" },
-  light_tower: "Bewertungen auf „Bedienen“ in den Farben einer Signalsäule: Grün, Gelb, Rot",
+  light_tower: "Bewertungen in Farben einer Signalsäule",
   numbers: "Zahlen",
   times: "Zeiten",
   numbers_hint: "Felder akzeptieren Dezimalkomma und Dezimalpunkt.",

@@ -8,7 +8,7 @@ export const settings = {
   language: "Language",
   theme: "Theme",
   themes: { system: "system", light: "light", dark: "dark" },
-  light_tower: "Verdicts on Operate in the colours of a light tower: green, yellow, red",
+  light_tower: "Verdicts in light-tower colours",
   numbers: "Numbers",
   times: "Times",
   numbers_hint: "Fields accept a decimal comma or a decimal point.",
