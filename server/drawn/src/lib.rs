@@ -1,8 +1,8 @@
-//! A hobby rig drawn for tests: two lasers, a camera and a turntable.
+//! A rendered hobby rig for tests: two lasers, a camera and a turntable.
 //!
-//! A board and a cylinder that stands off the axis, seen by a pinhole and lit by two sheets, without a line of the twin's code,
-//! so that what is calibrated and measured from these pictures has a witness of its own. Not drawn: speckle, blur, reflections.
-//! Only tests may import this crate.
+//! A board and a cylinder that stands off the axis, seen by a pinhole and lit by two sheets, without a line of the twin's
+//! code, so that what is calibrated and measured from these pictures has a witness of its own. Not drawn: speckle, blur,
+//! reflections. Only tests may import this crate.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -14,31 +14,31 @@ use optics::{Camera, CameraFrame, Motion, PointMm, RotaryAxis};
 use serde_json::{Value, json};
 use vision::{GreyImage, Pixels};
 
-/// What a test must provide.
+/// Precondition of the functions that write files.
 const WRITABLE: &str = "the test's folder is writable";
 
 const SIZE_PX: [usize; 2] = [400, 320];
 const FOCAL_PX: f64 = 950.0;
 /// Inner corners of the board and side of a square.
 const BOARD: ([usize; 2], f64) = ([9, 6], 7.0);
-/// Where the lasers stand; their sheets hold the axis.
+/// Positions of the lasers; their light sheets contain the axis.
 const LASERS_MM: [[f64; 3]; 2] = [[-120.0, 0.0, 20.0], [110.0, 5.0, 30.0]];
-/// σ of the sheets' thickness, mm: lines 3 px wide.
+/// Thickness (σ) of the light sheets, mm: lines 3 px wide.
 const SHEET_SIGMA_MM: f64 = 0.4;
-/// Radius of the cylinder, and how far it stands off the axis, mm.
+/// Radius of the cylinder and its distance from the axis, mm.
 pub const CYLINDER_MM: [f64; 2] = [16.0, 3.0];
-/// Angles of the board on the table, degrees.
+/// Table angles of the board views, degrees.
 pub const VIEWS_DEG: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
-/// Poses of the board.
+/// Number of board poses.
 const N_POSES: u8 = 9;
 /// Angle between frames; 378° in all.
 const STEP_DEG: f64 = 7.0;
 const N_FRAMES: usize = 55;
-/// Axis of the turntable, in the camera's frame.
+/// Axis of the turntable, camera frame.
 pub static AXIS: LazyLock<RotaryAxis> =
     LazyLock::new(|| RotaryAxis::new(Vector3::new(0.5, 0.0, 300.0), Vector3::new(0.01, -1.0, 0.03)));
 
-/// Where a laser stands, and the unit normal of its sheet.
+/// Position of each laser and the unit normal of its light sheet.
 static SHEETS: LazyLock<[(Vector3<f64>, Vector3<f64>); 2]> = LazyLock::new(|| {
     LASERS_MM.map(|laser| {
         let laser = Vector3::from(laser);
@@ -46,11 +46,11 @@ static SHEETS: LazyLock<[(Vector3<f64>, Vector3<f64>); 2]> = LazyLock::new(|| {
     })
 });
 
-/// A point that a ray meets: where, its unit normal, what it reflects.
-type Seen = Option<(Vector3<f64>, Vector3<f64>, f64)>;
+/// Intersection of a ray: point, unit normal, reflectance.
+type Intersection = Option<(Vector3<f64>, Vector3<f64>, f64)>;
 
-/// One picture: the mean over `grid` × `grid` rays per pixel.
-fn drawn(grid: usize, level: impl Fn(&Vector3<f64>) -> f64) -> GreyImage {
+/// Renders an image: the mean over `grid` × `grid` rays per pixel.
+fn render(grid: usize, level: impl Fn(&Vector3<f64>) -> f64) -> GreyImage {
     let camera = camera();
     let pixel = |idx: usize| {
         let (u, v) = ((idx % SIZE_PX[0]) as f64, (idx / SIZE_PX[0]) as f64);
@@ -60,9 +60,9 @@ fn drawn(grid: usize, level: impl Fn(&Vector3<f64>) -> f64) -> GreyImage {
             level(&Vector3::new(x / camera.fx_px, y / camera.fy_px, 1.0))
         });
         let mean = rays.sum::<f64>() / (grid * grid) as f64;
-        // A fixed unrest of one grey level, as any sensor has.
-        let unrest = (idx.wrapping_mul(2_654_435_761) >> 7) % 5;
-        (mean + unrest as f64 * 0.5).round().clamp(0.0, 255.0) as u8
+        // Fixed noise of one grey level, as of any sensor.
+        let noise = (idx.wrapping_mul(2_654_435_761) >> 7) % 5;
+        (mean + noise as f64 * 0.5).round().clamp(0.0, 255.0) as u8
     };
     let pixels = (0..SIZE_PX[0] * SIZE_PX[1]).map(pixel).collect();
     GreyImage::new(SIZE_PX[0], SIZE_PX[1], Pixels::Eight(pixels)).expect("one value per pixel")
@@ -73,18 +73,18 @@ fn camera() -> Camera {
     Camera::from_opencv(SIZE_PX[0], SIZE_PX[1], matrix, &[])
 }
 
-fn lit(seen: Seen) -> f64 {
-    let Some((at, normal, reflects)) = seen else { return 4.0 };
+fn lit(hit: Intersection) -> f64 {
+    let Some((at, normal, reflectance)) = hit else { return 4.0 };
     let of_laser = |(laser, sheet): &(Vector3<f64>, Vector3<f64>)| {
         let is_lit = normal.dot(&(laser - at)) > 0.0;
         let off_mm = sheet.dot(&(at - AXIS.point_mm));
         if is_lit { 200.0 * (-0.5 * (off_mm / SHEET_SIGMA_MM).powi(2)).exp() } else { 0.0 }
     };
-    4.0 + reflects * SHEETS.iter().map(of_laser).sum::<f64>()
+    4.0 + reflectance * SHEETS.iter().map(of_laser).sum::<f64>()
 }
 
-/// A board, its corner (0, 0) at `origin_mm`, its axes the columns of `turn`.
-fn on_board(turn: &Rotation3<f64>, origin_mm: &Vector3<f64>, ray: &Vector3<f64>) -> Seen {
+/// Intersection with a board with corner (0, 0) at `origin_mm` and axes in the columns of `turn`.
+fn on_board(turn: &Rotation3<f64>, origin_mm: &Vector3<f64>, ray: &Vector3<f64>) -> Intersection {
     let normal = turn * Vector3::z();
     let at = ray * (normal.dot(origin_mm) / normal.dot(ray));
     let on_board = turn.inverse() * (at - origin_mm) / BOARD.1;
@@ -102,7 +102,7 @@ fn board_middle_mm() -> Vector3<f64> {
     Vector3::new((BOARD.0[0] - 1) as f64, (BOARD.0[1] - 1) as f64, 0.0) * (BOARD.1 / 2.0)
 }
 
-fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Seen {
+fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Intersection {
     let eye = motion.part_from_camera(&PointMm::<CameraFrame>::new(Vector3::zeros())).xyz;
     let way = motion.part_direction(ray);
     let (along, out) = (AXIS.direction, optics::rotation::completing_frame(&AXIS.direction).0);
@@ -121,12 +121,12 @@ fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Seen {
     })
 }
 
-/// What the room's light shows.
-fn by_day(seen: Seen) -> f64 {
-    seen.map_or(70.0, |(_, _, reflects)| 230.0 * reflects)
+/// Grey level in ambient light.
+fn ambient(hit: Intersection) -> f64 {
+    hit.map_or(70.0, |(_, _, reflectance)| 230.0 * reflectance)
 }
 
-/// How a board is held, and where its corner (0, 0) is.
+/// Orientation of a board and position of its corner (0, 0).
 fn pose(idx: u8) -> (Rotation3<f64>, Vector3<f64>) {
     let angle = TAU * f64::from(idx) / f64::from(N_POSES);
     let turn = Rotation3::from_euler_angles(0.42 * angle.cos(), 0.42 * angle.sin(), 0.05 * angle);
@@ -134,25 +134,25 @@ fn pose(idx: u8) -> (Rotation3<f64>, Vector3<f64>) {
     (turn, centre - turn * board_middle_mm())
 }
 
-/// A pose of the board in a room of this brightness, with the lasers on or off.
+/// Writes an image of a board pose in ambient light of this brightness, with the lasers on or off.
 ///
 /// # Panics
 ///
-/// Panics where the file cannot be written.
+/// Panics if the file cannot be written.
 pub fn by_daylight(idx: u8, room: f64, has_laser: bool, file: &Path) {
     let (turn, origin) = pose(idx);
     let light = |ray: &Vector3<f64>| {
-        let seen = on_board(&turn, &origin, ray);
-        room * by_day(seen) + if has_laser { lit(seen) - lit(None) } else { 0.0 }
+        let hit = on_board(&turn, &origin, ray);
+        room * ambient(hit) + if has_laser { lit(hit) - lit(None) } else { 0.0 }
     };
-    write_png(file, &drawn(2, light)).expect(WRITABLE);
+    write_png(file, &render(2, light)).expect(WRITABLE);
 }
 
-/// A capture in an empty folder: poses, stage views and a scan of a bit more than a turn.
+/// Writes a capture to an empty folder: poses, stage views and a scan of slightly more than a full turn.
 ///
 /// # Panics
 ///
-/// Panics where the folder cannot be written.
+/// Panics if the folder cannot be written.
 pub fn capture(folder: &Path) {
     for of in ["board", "laser", "stage", "scan"] {
         std::fs::create_dir(folder.join(of)).expect(WRITABLE);
@@ -164,8 +164,8 @@ pub fn capture(folder: &Path) {
     let poses: Vec<Value> = (0..N_POSES)
         .map(|idx| {
             let (turn, origin) = pose(idx);
-            let board = drawn(2, |ray| by_day(on_board(&turn, &origin, ray)));
-            let laser = drawn(1, |ray| lit(on_board(&turn, &origin, ray)));
+            let board = render(2, |ray| ambient(on_board(&turn, &origin, ray)));
+            let laser = render(1, |ray| lit(on_board(&turn, &origin, ray)));
             json!({ "board": put(format!("board/{idx:03}.png"), board), "laser": put(format!("laser/{idx:03}.png"), laser) })
         })
         .collect();
@@ -179,7 +179,7 @@ pub fn capture(folder: &Path) {
             let axes =
                 [Vector3::x(), Vector3::y(), Vector3::z()].map(|way| place(origin + turn * way) - place(origin));
             let (turned, origin) = (Rotation3::from_basis_unchecked(&axes), place(origin));
-            let board = drawn(2, |ray| by_day(on_board(&turned, &origin, ray)));
+            let board = render(2, |ray| ambient(on_board(&turned, &origin, ray)));
             json!({ "board": put(format!("stage/{idx:03}.png"), board), "angle_deg": angle_deg })
         })
         .collect();
@@ -187,8 +187,8 @@ pub fn capture(folder: &Path) {
         .map(|idx| {
             let angle_deg = idx as f64 * STEP_DEG;
             let motion = AXIS.motion(angle_deg.to_radians());
-            let picture = drawn(1, |ray| lit(on_cylinder(&motion, ray)));
-            json!({ "image": put(format!("scan/{idx:03}.png"), picture), "angle_deg": angle_deg })
+            let image = render(1, |ray| lit(on_cylinder(&motion, ray)));
+            json!({ "image": put(format!("scan/{idx:03}.png"), image), "angle_deg": angle_deg })
         })
         .collect();
     let manifest = json!({

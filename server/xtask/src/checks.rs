@@ -33,7 +33,7 @@ pub fn test() -> Outcome {
         run("build and lints", linted(&build).args(features))?;
         document(features, &stand_in)
     };
-    // Tests of doors fail without it and say so.
+    // Without it, the tests of doors fail with a message.
     ensure_broker().unwrap_or_else(|error| say(&format!("── no MQTT broker for the tests: {error}")));
     let with_root = is_root();
     let beside = || {
@@ -65,7 +65,7 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     match ensure_genicam() {
         Ok(()) => GENICAM,
         Err(error) => {
-            not_run.insert(format!("everything of GenICam cameras: {error}"));
+            not_run.insert(format!("everything about GenICam cameras: {error}"));
             &[]
         }
     }
@@ -118,14 +118,14 @@ fn run_tests(
     };
     let recorded = std::fs::read_to_string(recorded)?;
     match &executables {
-        // What was not run for want of something has not passed.
+        // Tests without their requirements have not passed.
         Some(executables) if recorded.is_empty() => executables.record_passed()?,
         _ => Executables::delete_record(),
     }
     if !passed.is_empty() {
         let file = record();
         not_run.insert(format!(
-            "{} test executables that passed and read nothing that changed since (to run them, delete {})",
+            "{} test executables that passed and whose inputs are unchanged (to run them, delete {})",
             passed.len(),
             file.display()
         ));

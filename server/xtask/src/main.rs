@@ -17,20 +17,20 @@ use std::process::ExitCode;
 const HELP: &str = "\
 Developer commands:
   cargo xtask run [ARGS…]    build with optimisation and run `sheaf serve ARGS…`: a simulated station by default
-  cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered pictures, with a report
-  cargo xtask page           build the browser station into web/dist, from where the program embeds it
-  cargo xtask browser        the page in Chromium against the debug program
-  cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program;
-                             tests that passed and read nothing that changed since are not run again
+  cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered images, with a report
+  cargo xtask page           build the page into web/dist, from which it is embedded in the program
+  cargo xtask browser        test the page in Chromium with the debug program
+  cargo xtask test           all checks: format, lints, tests, documentation, the page in a browser, the container image;
+                             test executables that passed are skipped until something they read changes
   cargo xtask ci             the same as test
-  cargo xtask campaign       labelling on scores of random scenes, held to stated rates of wrong labels;
-                             a thousand serial faults for each controller; 500 faults of cameras
+  cargo xtask campaign       long tests: labelling on random scenes against stated error rates, a thousand serial faults per
+                             controller, 500 camera faults, stations of all sizes, flipped bits, kills of the server
   cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;
-                             with FILE the build stage is left out
-  cargo xtask neon           the tests of instruction sets on aarch64, emulated; installs an emulator, a linker and a
-                             Rust target where they are missing, and is therefore no part of test";
+                             with FILE the build stage is skipped
+  cargo xtask neon           run the tests of instruction sets on emulated aarch64; installs an emulator, a linker and a
+                             Rust target if missing, and is therefore not part of test";
 
 fn main() -> ExitCode {
     if let Some(exit) = linted::as_rustdoc() {
@@ -70,6 +70,6 @@ fn docker(arguments: &[String]) -> command::Outcome {
     match arguments {
         [] => docker_check::docker_check(None),
         [flag, file] if flag == "--binary" => docker_check::docker_check(Some(Path::new(file))),
-        _ => Err("docker-check takes no argument but --binary FILE".into()),
+        _ => Err("docker-check takes only the argument --binary FILE".into()),
     }
 }

@@ -6,9 +6,9 @@ use std::process::Command;
 use crate::command::{Outcome, cargo, run};
 use crate::tools::{ensure_file, ensure_program};
 
-/// Linux on aarch64, by its name in the toolchain …
+/// The target for Linux on aarch64.
 const TARGET: &str = "aarch64-unknown-linux-gnu";
-/// … and Debian's path of its libraries.
+/// Debian's path of its libraries.
 const LIBRARIES: &str = "/usr/aarch64-linux-gnu";
 
 /// The crates with code that is compiled for several instruction sets and runs on camera frames.

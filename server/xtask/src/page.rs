@@ -10,7 +10,7 @@ use crate::tools::{ensure_file, ensure_program};
 /// Sources of the built page.
 const SOURCES: [&str; 6] = ["src", "public", "index.html", "vite.config.ts", "tsconfig.json", "package-lock.json"];
 
-/// Builds the page into `web/dist`, from where the program embeds it; does nothing if it is newer than its sources.
+/// Builds the page into `web/dist`, from which it is embedded in the program; does nothing if it is newer than its sources.
 pub fn ensure_page() -> Outcome {
     let web = workspace().join("web");
     ensure_packages(&web)?;

@@ -1,7 +1,6 @@
-//! Test executables that passed and have not changed since are not run again, which are most of them after a small
-//! change.
+//! Skips test executables that passed and whose inputs have not changed, which are most of them after a small change.
 //!
-//! A fresh machine has no record, so continuous integration runs them all.
+//! A fresh machine has no record, so continuous integration runs all of them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,13 +13,13 @@ use crate::command::{Outcome, target_folder, workspace};
 use crate::linted::linted;
 use crate::steps::{data_folder, debug_program};
 
-/// What a test executable read when it last passed: name of the executable → its own state, the program's if it runs
-/// that, and the state of every file of the repository that is no Rust code, and where the reference data lie.
+/// State of the inputs of each test executable, by name: the executable itself, the program if the tests run it, all files
+/// of the repository except Rust code, and the folder of the reference data.
 #[derive(PartialEq)]
 pub struct Executables(BTreeMap<String, String>);
 
 impl Executables {
-    /// Those of this build.
+    /// The executables of this build.
     pub fn built(features: &[&str]) -> Outcome<Self> {
         let list = ["nextest", "list", "--workspace", "--list-type", "binaries-only", "--message-format", "json"];
         let output = linted(&list).args(features).stderr(Stdio::null()).output()?;
@@ -37,7 +36,7 @@ impl Executables {
         Ok(Self(all.iter().filter_map(known).collect()))
     }
 
-    /// The names of those that passed as they are.
+    /// The names of those that passed in their current state.
     pub fn passed(&self) -> Vec<&str> {
         let record = std::fs::read_to_string(record()).unwrap_or_default();
         let passed: BTreeMap<&str, &str> = record.lines().filter_map(|line| line.split_once('\t')).collect();
@@ -84,7 +83,7 @@ fn environment() -> Outcome<String> {
     Ok(format!("{:016x} {}", fnv(states.as_bytes()), data_folder().display()))
 }
 
-/// FNV-1a: enough to see that something is no longer the same.
+/// FNV-1a, sufficient to detect changes.
 fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
@@ -94,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_written_again_is_in_another_state() {
+    fn writing_a_file_changes_its_state() {
         let file = std::env::temp_dir().join(format!("sheaf-xtask-{}", std::process::id()));
         std::fs::write(&file, "one").unwrap();
         let before = state(&file);

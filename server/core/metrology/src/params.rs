@@ -173,7 +173,8 @@ pub const RIM_GAP_SPACINGS: f64 = 2.5;
 /// Fewest points in a row that end at a rim.
 pub const RIM_MIN_RUN_POINTS: usize = 5;
 
-/// Points of a line, counted from its end, that show its full intensity: beyond the blur, and close enough to be equally bright.
+/// Points of a line, counted from its end, that show its full intensity: beyond the blur, and close enough to be equally
+/// bright.
 pub const RIM_FULL_LIGHT_POINTS: std::ops::Range<usize> = 8..24;
 
 /// Lines that cross a rim at less than this angle do not locate it (sine, 40°).

@@ -8,7 +8,8 @@ use std::error::Error;
 
 /// An error with a remedy.
 pub trait Remedy: Error {
-    /// The remedy, beginning in lower case and without a full stop: `home the stage first`. `None` if there is nothing to add.
+    /// The remedy, beginning in lower case and without a full stop: `home the stage first`. `None` if there is nothing to
+    /// add.
     fn remedy(&self) -> Option<Cow<'_, str>>;
 }
 

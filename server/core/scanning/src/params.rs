@@ -292,8 +292,8 @@ pub mod watches {
     pub const WARN_SIGMAS: f64 = 4.5;
     /// Errors below this fraction of the expanded uncertainty do not cause a warning.
     pub const WARN_FRACTION: f64 = 0.25;
-    /// Errors of depth by the wavelength below this fraction of the depth are not corrected: 10 µm at 400 mm, a quarter of the
-    /// expanded uncertainty on matt grey paint.
+    /// Errors of depth by the wavelength below this fraction of the depth are not corrected: 10 µm at 400 mm, a quarter
+    /// of the expanded uncertainty on matt grey paint.
     pub const MIN_CORRECTION_RELATIVE: f64 = 2.5e-5;
     /// Coverage factor of expanded uncertainties (GUM).
     pub const COVERAGE: f64 = 2.0;

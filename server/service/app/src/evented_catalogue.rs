@@ -43,8 +43,8 @@ impl EventedCatalogue {
         Ok(events)
     }
 
-    /// Returns once records were changed or deleted so that their artifacts may no longer be referenced, since the last time
-    /// it returned. One task waits.
+    /// Returns once records were changed or deleted so that their artifacts may no longer be referenced, since the last
+    /// time it returned. One task waits.
     pub async fn artifacts_left(&self) {
         self.artifacts_left.notified().await;
     }

@@ -70,7 +70,8 @@ pub trait Artifacts: Send + Sync {
     async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
     /// Opens an artifact for reading.
     async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
-    /// Random access to the bytes of an artifact. Its hash is not verified: for formats whose parts carry their own checksums.
+    /// Random access to the bytes of an artifact. Its hash is not verified: for formats whose parts carry their own
+    /// checksums.
     async fn bytes(&self, id: &ArtifactId) -> Result<ArtifactBytes, StoreError>;
     /// Reads an artifact once to its end.
     ///

@@ -1,9 +1,9 @@
 //! Checks that the catalogue belongs to the artifacts beside it.
 //!
 //! A catalogue that was emptied, lost or copied from another station refers to none of them; the first sweep would delete
-//! them all. So catalogue and artifacts carry the same station id; without one, the catalogue must refer to some of them. The
-//! artifacts also carry the last known event number of the catalogue: a catalogue with a smaller one was restored from a copy, and
-//! unreferenced artifacts are set aside, not deleted.
+//! them all. So catalogue and artifacts carry the same station id; without one, the catalogue must refer to some of them.
+//! The artifacts also carry the last known event number of the catalogue: a catalogue with a smaller one was restored
+//! from a copy, and unreferenced artifacts are set aside, not deleted.
 
 use std::fs;
 use std::path::{Path, PathBuf};

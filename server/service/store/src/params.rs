@@ -31,8 +31,9 @@ pub const RESERVE_BYTES: u64 = 16 * 1024 * 1024;
 /// Size of the write-ahead log at which a checkpoint is made: rare enough to cost nothing per commit,
 /// small enough to be read in a moment at the next start.
 pub const WAL_LIMIT_BYTES: u64 = 4 * 1024 * 1024;
-/// How long an artifact that no record refers to is held: the longest job takes a tenth of it between storing what
-/// it made and committing the record. Artifacts of a failed job are deleted after it, or by the first sweep of the next process.
+/// How long an artifact that no record refers to is held: the longest job takes a tenth of it between storing what it
+/// made and committing the record. Artifacts of a failed job are deleted after it, or by the first sweep of the next
+/// process.
 pub const HOLD_LIMIT: Duration = Duration::from_secs(6 * 3600);
 /// How long a connection waits for another one. Readers hold no lock for longer than one page of records takes.
 pub const BUSY_TIMEOUT: Duration = Duration::from_secs(5);

@@ -120,8 +120,8 @@ impl Store {
     }
 
     /// Deletes artifacts that no record refers to, then restores the reserve if there is space. Returns how many bytes
-    /// were freed. `also_named` returns, given those that records refer to, the artifacts referenced elsewhere: by caches, which drop the
-    /// rest.
+    /// were freed. `also_named` returns, given those that records refer to, the artifacts referenced elsewhere: by
+    /// caches, which drop the rest.
     ///
     /// Artifacts stored, read or committed meanwhile are kept. While a record is damaged nothing is deleted.
     ///

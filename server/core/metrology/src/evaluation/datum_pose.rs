@@ -18,7 +18,8 @@ use crate::plan::document::Plan;
 /// The datum frame of a plan, and how it depends on the calibration and the noise.
 pub(crate) struct DatumPose {
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
-    /// The pose for each variant of the calibration, in the order of `Retriangulation::variants`, on both sides of `as_seen`.
+    /// The pose for each variant of the calibration, in the order of `Retriangulation::variants`, on both sides of
+    /// `as_seen`.
     variants: Vec<[Option<Rigid<DatumFrame, PartFrame>>; 2]>,
     as_seen: Option<Rigid<DatumFrame, PartFrame>>,
     /// The pose for one σ of each independent component of the noise.
@@ -44,7 +45,8 @@ impl DatumPose {
     }
 }
 
-/// The motion from one pose to another: translation of the point that `from` maps to `middle`, and rotation times `lever_mm`.
+/// The motion from one pose to another: translation of the point that `from` maps to `middle`, and rotation times
+/// `lever_mm`.
 fn motion<T>(
     from: &Rigid<T, PartFrame>,
     to: &Rigid<T, PartFrame>,

@@ -34,7 +34,8 @@ pub struct FeatureResult {
     pub id: String,
     /// Its type: `plane`, `circle`, …
     pub kind: &'static str,
-    /// Its geometry in the datum frame, or in the part frame if there is no datum frame; `None` for a section and on failure.
+    /// Its geometry in the datum frame, or in the part frame if there is no datum frame; `None` for a section and on
+    /// failure.
     pub geometry: Option<Geometry>,
     /// Points (for a rim: crossings) used by the fit; 0 for features constructed from others.
     pub n_points: usize,

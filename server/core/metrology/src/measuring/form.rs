@@ -75,8 +75,8 @@ pub(crate) fn flatness(samples: &Samples, plane: &FeatureFit) -> Flatness {
     without_noise(samples, &plane.inliers, &residuals, band_width)
 }
 
-/// The width of a form's zone without the contribution of noise. `residuals`: of the points `inliers`, mm; `band`: the width
-/// of the zone that holds 99.9 % of them.
+/// The width of a form's zone without the contribution of noise. `residuals`: of the points `inliers`, mm; `band`: the
+/// width of the zone that holds 99.9 % of them.
 pub(crate) fn without_noise(
     samples: &Samples,
     inliers: &[u32],

@@ -1,4 +1,5 @@
-//! Uncertainty contributions that the cloud and its calibration do not state (`docs/maths/metrology.md`, "Contributions to U").
+//! Uncertainty contributions that the cloud and its calibration do not state (`docs/maths/metrology.md`, "Contributions
+//! to U").
 
 use optics::Calibration;
 

@@ -59,8 +59,8 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Measure {
-    /// Two planes: mean of the two distances from the centre of one to the other. Plane and point: signed, along the plane's
-    /// normal. Lines and points: the shortest distance.
+    /// Two planes: mean of the two distances from the centre of one to the other. Plane and point: signed, along the
+    /// plane's normal. Lines and points: the shortest distance.
     Distance {
         /// The first feature.
         from: String,

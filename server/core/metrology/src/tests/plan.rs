@@ -158,8 +158,8 @@ const LEAST_OF_MANY: f64 = 17.0 / 20.0;
 /// Of 20 or more values on a few seeds; the errors of a seed are correlated by its calibration.
 const LEAST_SHARE_OF_FEW: f64 = 0.85;
 
-/// Checks every characteristic against its uncertainty. On many seeds: 93 % of all and 17 of 20 of each inside U, bias below
-/// U/4 except for forms. On few: none further off than 2 U (four standard uncertainties), 85 % of all inside.
+/// Checks every characteristic against its uncertainty. On many seeds: 93 % of all and 17 of 20 of each inside U, bias
+/// below U/4 except for forms. On few: none further off than 2 U (four standard uncertainties), 85 % of all inside.
 pub(super) fn check(characteristics: &[(Value, f64)], errors: &[Errors]) {
     let n = errors.len() as f64;
     let is_many = errors.len() as u64 >= MANY;

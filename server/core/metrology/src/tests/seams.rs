@@ -156,7 +156,8 @@ fn check_wavy(seeds: u64) {
                 { "id": "first face", "shape": plane(boxed_in_part(pose, [0.0, 7.0, 5.0], [16.0, 4.0, 4.5])) },
                 { "id": "plate", "shape": plane(boxed([-16.0, 7.0, 7.0], [16.0, 25.0, 9.0])) },
                 { "id": "mid", "shape": { "type": "point", "of": { "centre": "first face" } } },
-                // The datum frame is rotated by half a turn: y is the direction of the first face, 0 where it meets the table.
+                // The datum frame is rotated by half a turn: y is the direction of the first face, 0 where it meets the
+                // table.
                 { "id": "second face", "shape": plane(boxed([-16.0, -20.5, 1.0], [16.0, -12.0, 9.5])) },
                 { "id": "cut", "shape": { "type": "section", "select": boxed([-16.0, 7.0, 7.0], [16.0, 25.0, 9.0]),
                     "origin_mm": [0.0, 0.0, 8.0], "x": [1.0, 0.0, 0.0], "y": [0.0, 0.0, 1.0],

@@ -170,8 +170,8 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A run of 200 points with speckle of 0.1 px, observed by another order except in `unconfirmed`, and `height_px` higher
-    /// from `from` on.
+    /// A run of 200 points with speckle of 0.1 px, observed by another order except in `unconfirmed`, and `height_px`
+    /// higher from `from` on.
     fn run(height_px: f64, from: usize, unconfirmed: Range<usize>) -> Vec<RunPoint> {
         let point = |idx: usize| RunPoint {
             along_px: idx as f64,

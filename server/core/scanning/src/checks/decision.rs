@@ -123,9 +123,9 @@ impl<'a> PointFilter<'a> {
         (0..).zip(points).zip(confirmations).map(checked).collect()
     }
 
-    /// The candidates whose label is confirmed by other orders without a rival, or whose column admits only their
-    /// label. A point that was cut out may belong to the line beyond the cut, and needs its column. `profile_columns`: the columns
-    /// of the frame's profile.
+    /// The candidates whose label is confirmed by other orders without a rival, or whose column admits only their label.
+    /// A point that was cut out may belong to the line beyond the cut, and needs its column. `profile_columns`: the
+    /// columns of the frame's profile.
     fn candidates(
         &self,
         points: &[ProfilePoint],

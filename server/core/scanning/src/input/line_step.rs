@@ -10,7 +10,8 @@ const IN_FOCUS_QUANTILE: f64 = 0.25;
 /// slope of 75°.
 const MIN_NORMAL_ACROSS: f64 = 0.25;
 
-/// Full width at half height of the lines of a frame that are in focus, px; the lower quartile of all widths. 0 without lines.
+/// Full width at half height of the lines of a frame that are in focus, px; the lower quartile of all widths. 0 without
+/// lines.
 pub fn in_focus_width_px(lines: &Centrelines) -> f64 {
     let points = lines.segments.iter().flat_map(|segment| segment.points.iter().step_by(WIDTH_STRIDE_POINTS));
     let mut widths: Vec<f32> = points.map(|point| point.width_px).collect();

@@ -259,7 +259,8 @@ impl StepLimit {
     fn new(width_px: f64, span_widths: f64, least_widths: f64) -> Self {
         let span = columns(span_widths * width_px);
         let n = span as f64;
-        // Variance of a least-squares line of n points half a point beyond its last, in that of a point; twice that of a step.
+        // Variance of a least-squares line of n points half a point beyond its last, in that of a point; twice that of a
+        // step.
         let end_variance = 1.0 / n + 3.0 * n / (n * n - 1.0);
         let sigmas = STEP_LIMIT_SIGMAS * (2.0 * end_variance).sqrt();
         Self { span, sigmas, least_px: least_widths * width_px }

@@ -278,7 +278,7 @@ pub trait Camera: Send {
     /// Ends acquisition. Works in every state.
     fn stop(&mut self) -> Result<(), CameraError>;
 
-    /// Starts to reconnect the camera after [`CameraError::Disconnected`] and returns at once; other calls return `Disconnected` until
-    /// it is connected. It is stopped afterwards, with its settings.
+    /// Starts to reconnect the camera after [`CameraError::Disconnected`] and returns at once; other calls return
+    /// `Disconnected` until it is connected. It is stopped afterwards, with its settings.
     fn reconnect(&mut self) -> Result<(), CameraError>;
 }

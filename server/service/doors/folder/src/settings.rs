@@ -26,8 +26,8 @@ pub struct Settings {
     /// recipes whose results are written; all if empty
     #[serde(default)]
     pub recipes: Vec<String>,
-    /// folder watched for orders, *.json and *.csv, an absolute path; accepted files are moved to accepted/ in it, others to
-    /// refused/; without it no orders are read
+    /// folder watched for orders, *.json and *.csv, an absolute path; accepted files are moved to accepted/ in it, others
+    /// to refused/; without it no orders are read
     #[serde(default)]
     pub orders: Option<PathBuf>,
 }

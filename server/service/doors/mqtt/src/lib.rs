@@ -11,7 +11,7 @@
 //!
 //! Everything is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
 //! the client library keeps for a later connection does not count (`link.rs`). The same event may arrive twice, with
-//! the same `id`; `seq` tells the order. `state` is also the last will: the broker publishes `online: false` when the
+//! the same `id`; `seq` gives the order. `state` is also the last will: the broker publishes `online: false` when the
 //! connection breaks.
 
 mod address;

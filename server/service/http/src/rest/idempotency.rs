@@ -1,4 +1,5 @@
-//! `Idempotency-Key`: a request is carried out once per key; repeats get the stored response for seven days, across restarts.
+//! `Idempotency-Key`: a request is carried out once per key; repeats get the stored response for seven days, across
+//! restarts.
 //!
 //! The response is stored in the same transaction as what the request created, so that neither exists without the
 //! other.

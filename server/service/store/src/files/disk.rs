@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The disk operations of the artifact store. The default methods use the real disk; a test overrides those that should fail.
+/// The disk operations of the artifact store. The default methods use the real disk; a test overrides those that should
+/// fail.
 pub trait Disk: Send + Sync {
     /// Adds bytes to a file.
     fn write(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {

@@ -70,8 +70,8 @@ pub async fn apply_all(
     })
 }
 
-/// Without sqlx's transaction type: SQLite rolls back automatically when the disk is full; then there is nothing to roll back, and
-/// a wrapper that counts transactions would keep counting it.
+/// Without sqlx's transaction type: SQLite rolls back automatically when the disk is full; then there is nothing to roll
+/// back, and a wrapper that counts transactions would keep counting it.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
     let written = write(connection, changes).await;

@@ -14,8 +14,8 @@ pub type Rows<'a> = Pin<Box<dyn Stream<Item = Result<SqliteRow, sqlx::Error>> + 
 
 /// Reads rows until `limit` records satisfy `wanted` or there are no more rows.
 ///
-/// The key of a damaged row cannot be trusted: the next page starts below the last intact record, so that no record is listed
-/// twice or skipped.
+/// The key of a damaged row cannot be trusted: the next page starts below the last intact record, so that no record is
+/// listed twice or skipped.
 pub async fn listed<T>(
     mut rows: Rows<'_>,
     limit: u32,

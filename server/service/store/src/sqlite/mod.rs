@@ -49,8 +49,8 @@ pub struct SqliteCatalogue {
 }
 
 impl SqliteCatalogue {
-    /// Opens the database of the data directory `folder`, created or migrated if necessary, with a backup first. What its records
-    /// refer to is released from `holds`; `reserve` is released for changes that free space.
+    /// Opens the database of the data directory `folder`, created or migrated if necessary, with a backup first. What its
+    /// records refer to is released from `holds`; `reserve` is released for changes that free space.
     ///
     /// # Errors
     /// [`StoreError::TooNew`] if a newer program wrote it, [`StoreError::Database`] if it is damaged.

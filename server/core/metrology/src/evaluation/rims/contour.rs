@@ -128,7 +128,8 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
     (reach - radius_mm, if reach > 0.0 { from / reach } else { Vector2::x() })
 }
 
-/// Minimises Σ distance² with equal weights. `None` if the points do not determine the contour, or the fit does not converge.
+/// Minimises Σ distance² with equal weights. `None` if the points do not determine the contour, or the fit does not
+/// converge.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     let (contour, termination) = solve(start, places, MAX_STEPS)?;
     let has_size = match contour {

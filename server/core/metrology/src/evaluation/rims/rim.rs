@@ -168,7 +168,8 @@ impl Rim {
         (self.rms_mm > allowed_mm).then_some(Finding::ModelMisfit { role, rms_mm: self.rms_mm, allowed_mm })
     }
 
-    /// Covariance of the contour's parameters from the scatter of its crossings; `redundancy`: crossings per independent one.
+    /// Covariance of the contour's parameters from the scatter of its crossings; `redundancy`: crossings per independent
+    /// one.
     pub(crate) fn covariance(&self, places: &[Vector3<f64>], redundancy: f64) -> Option<contour::Covariance> {
         let flat: Vec<Vector2<f64>> = places.iter().map(|place| self.axes.flat(place)).collect();
         let freedom = flat.len().saturating_sub(self.contour.parameters()).max(1) as f64;

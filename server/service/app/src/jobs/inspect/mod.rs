@@ -1,4 +1,5 @@
-//! Inspection of a part: scan, measurement according to the plan of the recipe, verdict; and re-evaluation of a stored scan.
+//! Inspection of a part: scan, measurement according to the plan of the recipe, verdict; and re-evaluation of a stored
+//! scan.
 
 mod re_evaluate;
 #[cfg(test)]

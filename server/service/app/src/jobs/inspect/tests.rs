@@ -1,5 +1,5 @@
-//! Inspections on the small simulated station: one transaction for scan, inspection and event; nothing for a part whose scan
-//! was stopped; invalid where the scan allows no verdict.
+//! Inspections on the small simulated station: one transaction for scan, inspection and event; nothing for a part whose
+//! scan was stopped; invalid where the scan allows no verdict.
 
 use metrology::PartVerdict;
 use serde_json::json;

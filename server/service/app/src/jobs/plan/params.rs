@@ -17,8 +17,8 @@ pub const CLOSING_TURN_DEG: f64 = 375.0;
 /// Smallest step, mm or degrees: below it, rows differ by less than the read-back resolution of any stage.
 pub const STEP_MIN: f64 = 0.001;
 
-/// Minimum row spacing as a fraction of the stage resolution: users give round numbers, whereas the mean spacing of recorded
-/// positions is not round.
+/// Minimum row spacing as a fraction of the stage resolution: users give round numbers, whereas the mean spacing of
+/// recorded positions is not round.
 pub const RESOLUTION_RATIO: f64 = 0.999;
 
 /// Maximum number of points of a planned scan. Computing the cloud takes at most 64 bytes per point: 640 MB.

@@ -33,8 +33,8 @@ pub struct ScanPlan {
     pub measuring_s: f64,
     /// Number of orders; each sweeps the whole part.
     pub n_orders: usize,
-    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
-    /// the axis and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way
+    /// between the axis and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,

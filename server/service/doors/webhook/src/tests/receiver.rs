@@ -1,4 +1,4 @@
-//! A receiver on this machine that answers as a test tells it to.
+//! A receiver on this machine whose responses are set by the test.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};

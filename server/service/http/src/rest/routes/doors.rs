@@ -43,8 +43,8 @@ async fn get_door(State(app): State<App>, ApiPath(name): ApiPath<String>) -> Res
     Ok(Json(app.doors.get(&name).await?.into()))
 }
 
-/// Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered, what
-/// waits is tried at once.
+/// Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered,
+/// what waits is tried at once.
 #[utoipa::path(
     post, path = "/doors/{name}/test", tag = "doors", params(("name" = String, Path)),
     responses((status = 200, body = DoorDto))

@@ -21,7 +21,7 @@ pub enum ToolDto {
     Sphere,
     /// Radius of a cylinder.
     Cylinder,
-    /// Height of a face over the one that surrounds it; below zero for a pocket.
+    /// Height of a face above the surrounding face; negative for a pocket.
     Step,
     /// Distance between two parallel faces or two spheres.
     Distance,

@@ -102,8 +102,8 @@ pub struct ScanPlanDto {
     pub measuring_s: f64,
     /// Number of orders; each sweeps the whole part.
     pub n_orders: usize,
-    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
-    /// the axis and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way
+    /// between the axis and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,
@@ -199,8 +199,8 @@ pub struct ScanRunDto {
     /// Number of orders; each sweeps the whole part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_orders: Option<usize>,
-    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
-    /// the axis and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way
+    /// between the axis and the nearest calibrated depth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows_per_mm: Option<f64>,
     /// Points per mm along a line.

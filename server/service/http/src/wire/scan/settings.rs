@@ -25,8 +25,8 @@ pub enum ScanModeDto {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BackgroundDto {
-    /// Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has one
-    /// before it, and one after it for comparison.
+    /// Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has
+    /// one before it, and one after it for comparison.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub every_rows: Option<usize>,
@@ -110,9 +110,9 @@ macro_rules! with_scan_settings {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(exclusive_minimum = 0.0)]
             pub exposure_us: Option<f64>,
-            /// Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
-            /// long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
-            /// usual.
+            /// Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken
+            /// from the long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one;
+            /// four to eight times is usual.
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
             #[schema(max_items = 4)]
             pub exposures_us: Vec<f64>,
@@ -126,8 +126,8 @@ macro_rules! with_scan_settings {
             /// When laser-off images are captured for ambient light subtraction; default: never.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub background: Option<BackgroundDto>,
-            /// Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
-            /// recording, not the scan.
+            /// Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full
+            /// disk ends the recording, not the scan.
             #[serde(default)]
             pub record: bool,
         }
@@ -182,7 +182,8 @@ macro_rules! from_settings {
 }
 
 with_scan_settings! {
-    /// How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the active one.
+    /// How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the
+    /// active one.
     #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
     #[serde(deny_unknown_fields)]
     #[schema(example = json!({ "from_mm": -20, "to_mm": 20, "step_mm": 0.2 }))]

@@ -65,7 +65,8 @@ async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
     }
 }
 
-/// Publishes frames until the client was offered `n` messages and got a `dropped` report: its counts, and the messages received.
+/// Publishes frames until the client was offered `n` messages and got a `dropped` report: its counts, and the messages
+/// received.
 async fn watch(client: &mut Client, n: u64) -> (Value, u64) {
     let mut got = 0;
     loop {

@@ -11,7 +11,7 @@ use crate::params::GRBL_SILENCE;
 use crate::simulators::grbl_simulator::SimulatorConfig;
 use crate::{Laser, Stage};
 
-/// `promises.md` 4, from request to byte; the driver by itself must meet it, too.
+/// `promises.md` 4, from request to byte; the driver alone must meet it, too.
 const P99_LIMIT: Duration = Duration::from_millis(50);
 /// The same for the maximum.
 const MAX_LIMIT: Duration = Duration::from_millis(200);

@@ -158,8 +158,8 @@ impl Run<'_> {
         self.looked_at.is_none_or(|looked_at| row >= looked_at + every)
     }
 
-    /// Captures a laser-off image at the current stage position, to be subtracted from frames if the ambient light requires it;
-    /// the laser stays off. Returns the number of frames lost meanwhile.
+    /// Captures a laser-off image at the current stage position, to be subtracted from frames if the ambient light
+    /// requires it; the laser stays off. Returns the number of frames lost meanwhile.
     fn capture_background(&mut self, row: usize) -> Result<u64, JobEnd> {
         let Some(asked) = self.plan.background else { return Ok(0) };
         self.lease.laser_off()?;

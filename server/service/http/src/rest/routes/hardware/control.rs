@@ -34,7 +34,8 @@ async fn get_control(State(app): State<App>) -> Result<Json<ControlDto>, Problem
     }
 }
 
-/// Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is logged.
+/// Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is
+/// logged.
 #[utoipa::path(
     post, path = "/station/control", tag = "station", request_body = TakeControlDto,
     responses((status = 201, body = ControlLeaseDto))

@@ -103,8 +103,8 @@ async fn create_recipe(
     Ok(published(&version))
 }
 
-/// Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version already has
-/// the same content, nothing is changed.
+/// Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version
+/// already has the same content, nothing is changed.
 #[utoipa::path(
     post, path = "/recipes/import", tag = "recipes", request_body = RecipeFileDto,
     params(("If-Match" = Option<String>, Header, description = "ETag of the recipe, or `*`, if there is one with this id")),

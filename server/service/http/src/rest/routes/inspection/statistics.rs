@@ -28,8 +28,8 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(get_gauge_rr))
 }
 
-/// Returns the control chart of a characteristic (individual values and moving range), violations of Nelson's rules, and the
-/// capability of the process.
+/// Returns the control chart of a characteristic (individual values and moving range), violations of Nelson's rules, and
+/// the capability of the process.
 #[utoipa::path(
     get, path = "/recipes/{id}/characteristics/{characteristic}/control-chart", tag = "statistics",
     params(("id" = String, Path), ("characteristic" = String, Path), SeriesQuery),
@@ -67,8 +67,8 @@ async fn get_type_1_study(
     Ok(Json(Type1StudyDto::new(series, &study)))
 }
 
-/// Returns a gauge R&R study (analysis of variance) from repeated inspections of several parts: trials are inspections with the same
-/// serial number, operators the attribute `operator` of the inspections.
+/// Returns a gauge R&R study (analysis of variance) from repeated inspections of several parts: trials are inspections
+/// with the same serial number, operators the attribute `operator` of the inspections.
 #[utoipa::path(
     get, path = "/recipes/{id}/characteristics/{characteristic}/gauge-rr", tag = "statistics",
     params(("id" = String, Path), ("characteristic" = String, Path), SeriesQuery),
