@@ -1,0 +1,60 @@
+//! Bodies of the events of recipes and inspections.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::initiator::Initiator;
+
+/// A new version of a recipe.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RecipePublished {
+    /// The version.
+    pub version: i64,
+    /// SHA-256 of its canonical content, hexadecimal.
+    pub digest: String,
+    /// Number by which a PLC selects it.
+    pub number: Option<u32>,
+    /// Why it was published.
+    pub reason: String,
+    /// The earlier version that it restores.
+    pub restored_from: Option<i64>,
+    /// Who did it.
+    pub actor: String,
+}
+
+/// A part that was inspected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InspectionFinished {
+    /// Position among all inspections, from 1 without gaps.
+    pub seq: i64,
+    /// Serial number of the part.
+    pub serial: String,
+    /// The order it was made for.
+    pub order: Option<String>,
+    /// Recipe and version: `bracket@7`.
+    pub recipe: String,
+    /// The recipe's number, if it has one.
+    pub recipe_number: Option<u32>,
+    /// Digest of the recipe's version.
+    pub recipe_digest: String,
+    /// `ok`, `not_ok`, `undecided` or `invalid`.
+    pub verdict: String,
+    /// The scan.
+    pub scan_id: Option<String>,
+    /// The calibration of its cloud.
+    pub calibration_id: String,
+    /// Whether the devices were simulated, or a recording.
+    pub simulated: bool,
+    /// The inspection that this one re-evaluates.
+    pub re_evaluated_from: Option<String>,
+}
+
+/// A hold of the inspection queue.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InspectionsHeld {
+    /// Who initiated it.
+    #[serde(flatten)]
+    pub initiator: Initiator,
+    /// Why.
+    pub reason: Option<String>,
+}
