@@ -39,8 +39,8 @@ export const settings = {
     laser_unplugged: "Laser abgesteckt",
     wavelength_drift: "Wellenlängendrift",
     dirty_grating: "Gitter verschmutzt",
-    worn_sensor: "Sensor gealtert: Hotpixel, Festmusterrauschen",
-    belt_stops: "Förderband steht",
+    sensor_defects: "Sensordefekte: Hotpixel, Festmusterrauschen",
+    conveyor_stopped: "Förderband steht",
     lens_covered: "Objektiv abgedeckt",
   } as Record<string, string>,
   fault_values: {
@@ -49,6 +49,6 @@ export const settings = {
     lost_steps: "um",
     wavelength_drift: "relative Änderung",
     dirty_grating: "Anteil, 0 bis 1",
-    worn_sensor: "Graustufen",
+    sensor_defects: "Graustufen",
   } as Record<string, string>,
 };

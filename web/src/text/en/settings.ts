@@ -39,8 +39,8 @@ export const settings = {
     laser_unplugged: "Laser unplugged",
     wavelength_drift: "Wavelength drift",
     dirty_grating: "Dirty grating",
-    worn_sensor: "Aged sensor: hot pixels, fixed-pattern noise",
-    belt_stops: "Conveyor stopped",
+    sensor_defects: "Sensor defects: hot pixels, fixed-pattern noise",
+    conveyor_stopped: "Conveyor stopped",
     lens_covered: "Lens covered",
   } as Record<string, string>,
   fault_values: {
@@ -49,6 +49,6 @@ export const settings = {
     lost_steps: "by",
     wavelength_drift: "relative change",
     dirty_grating: "fraction, 0 to 1",
-    worn_sensor: "grey levels",
+    sensor_defects: "grey levels",
   } as Record<string, string>,
 };

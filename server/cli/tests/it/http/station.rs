@@ -1,4 +1,4 @@
-//! One commander, versions of settings, and Stop for everybody.
+//! The control lease, versions of settings, Stop for every client.
 
 use serde_json::json;
 
@@ -33,7 +33,7 @@ fn commands_need_the_control_lease_and_taking_over_is_an_event() {
 }
 
 #[test]
-fn camera_settings_are_changed_only_by_who_has_seen_them() {
+fn camera_settings_are_protected_against_lost_updates() {
     let (_folder, server) = fresh();
     let control = take_control(&server);
     let seen = server.get(SETTINGS);
@@ -52,7 +52,7 @@ fn camera_settings_are_changed_only_by_who_has_seen_them() {
 }
 
 #[test]
-fn the_server_finds_an_exposure_at_which_lines_are_bright_and_not_flattened() {
+fn auto_exposure_makes_lines_bright_without_saturation() {
     let (_folder, server) = fresh();
     let control = take_control(&server);
     let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
@@ -114,7 +114,7 @@ fn the_scene_of_the_simulated_station_can_be_changed() {
 }
 
 #[test]
-fn a_part_from_an_stl_file_is_put_on_the_simulated_stage_and_a_damaged_file_is_refused() {
+fn an_stl_part_is_placed_on_the_simulated_stage_and_a_damaged_file_is_refused() {
     let (_folder, server) = fresh();
     let headers = [("content-type", "model/stl")];
     let part = tetrahedron();
@@ -143,7 +143,7 @@ fn tetrahedron() -> Vec<u8> {
 }
 
 #[test]
-fn camera_settings_outlive_the_server_with_what_nobody_set_as_it_is() {
+fn camera_settings_survive_a_restart_and_unset_ones_keep_their_defaults() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
@@ -165,7 +165,7 @@ fn camera_settings_outlive_the_server_with_what_nobody_set_as_it_is() {
 }
 
 #[test]
-fn a_dark_frame_is_taken_behind_the_cap_kept_over_a_restart_and_removed() {
+fn a_dark_frame_is_taken_with_the_lens_covered_kept_across_a_restart_and_removed() {
     const DARK: &str = "/api/v1/devices/camera/dark-frame";
     let (folder, server) = fresh();
     server.get(DARK).expect(404);
@@ -176,7 +176,7 @@ fn a_dark_frame_is_taken_behind_the_cap_kept_over_a_restart_and_removed() {
     let lit = take(&server, &headers).expect(422);
     assert!(lit["remedy"].as_str().unwrap().contains("cover the lens"), "{lit}");
     assert_eq!(take(&server, &headers[..1]).expect(409)["type"], "urn:sheaf:problem:control-required");
-    for (name, value) in [("worn_sensor", json!(6.0)), ("lens_covered", json!(null))] {
+    for (name, value) in [("sensor_defects", json!(6.0)), ("lens_covered", json!(null))] {
         server.put("/api/v1/simulation/faults", &json!({ "name": name, "value": value })).expect(200);
     }
     let taken = take(&server, &headers).expect(200);

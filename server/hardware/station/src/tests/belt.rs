@@ -90,15 +90,15 @@ fn commands_to_the_belt_are_refused_by_name_and_are_not_a_fault() {
 #[test]
 fn a_stopped_belt_is_awaited_with_the_laser_off_and_ends_a_running_scan() {
     let bench = belt();
-    bench.control.set_fault(TwinFault::BeltStops);
+    bench.control.set_fault(TwinFault::ConveyorStopped);
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     wait_until("laser off while it waits", || bench.control.laser_power() == 0.0);
-    bench.control.clear_fault(TwinFault::BeltStops.name());
+    bench.control.clear_fault(TwinFault::ConveyorStopped.name());
     let first = stream.frames.recv().unwrap();
     assert_eq!((first.position_mm, first.laser_on), (Some(0.0), true));
-    bench.control.set_fault(TwinFault::BeltStops);
+    bench.control.set_fault(TwinFault::ConveyorStopped);
     while stream.frames.recv().is_ok() {}
     let end_reason = stream.end_reason();
     assert!(matches!(end_reason, Some(StationRefusal::BeltStopped { .. })), "{end_reason:?}");

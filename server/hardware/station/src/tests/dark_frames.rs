@@ -10,7 +10,7 @@ use vision::{CentrelineParams, CentrelinePoint, DarkFrameAccumulator, LineDirect
 use super::bench::{Bench, bench_of, never_cancelled};
 use crate::{CameraDarkFrame, CameraName, DarkFrameUse, StationDevices};
 
-const WORN: TwinFault = TwinFault::WornSensor { levels: 10.0 };
+const DEFECTS: TwinFault = TwinFault::SensorDefects { levels: 10.0 };
 
 fn plate() -> Bench {
     let shape = StationShape { width_px: 320, height_px: 256, ..StationShape::default() };
@@ -78,7 +78,7 @@ fn compared(found: &[CentrelinePoint], reference: &[CentrelinePoint]) -> (usize,
 fn a_sensor_with_hot_pixels_gives_false_points_and_its_dark_frame_removes_them() {
     let bench = plate();
     let reference = bench.points();
-    bench.control.set_fault(WORN);
+    bench.control.set_fault(DEFECTS);
     let (n_false, _) = compared(&bench.points(), &reference);
     assert!(n_false > 300, "{n_false} false points of {} without a dark frame", reference.len());
     let dark = bench.dark_frame();

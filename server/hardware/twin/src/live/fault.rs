@@ -53,12 +53,12 @@ pub enum TwinFault {
         fraction: f64,
     },
     /// The sensor has hot pixels and a fixed pattern of its rows.
-    WornSensor {
+    SensorDefects {
         /// Size of the pattern, grey levels of 255.
         levels: f64,
     },
     /// The belt that triggers the camera has stopped.
-    BeltStops,
+    ConveyorStopped,
     /// The lens is covered by its cap.
     LensCovered,
 }
@@ -112,8 +112,8 @@ impl TwinFault {
         Self::LaserUnplugged,
         Self::WavelengthDrift { relative: 1e-3 },
         Self::DirtyGrating { fraction: 0.3 },
-        Self::WornSensor { levels: 6.0 },
-        Self::BeltStops,
+        Self::SensorDefects { levels: 6.0 },
+        Self::ConveyorStopped,
         Self::LensCovered,
     ];
 
@@ -134,8 +134,8 @@ impl TwinFault {
             Self::LaserUnplugged => "laser_unplugged",
             Self::WavelengthDrift { .. } => "wavelength_drift",
             Self::DirtyGrating { .. } => "dirty_grating",
-            Self::WornSensor { .. } => "worn_sensor",
-            Self::BeltStops => "belt_stops",
+            Self::SensorDefects { .. } => "sensor_defects",
+            Self::ConveyorStopped => "conveyor_stopped",
             Self::LensCovered => "lens_covered",
         }
     }
@@ -148,7 +148,7 @@ impl TwinFault {
             Self::LostSteps { lost_mm } => Some(lost_mm),
             Self::WavelengthDrift { relative } => Some(relative),
             Self::DirtyGrating { fraction } => Some(fraction),
-            Self::WornSensor { levels } => Some(levels),
+            Self::SensorDefects { levels } => Some(levels),
             _ => None,
         }
     }
@@ -176,8 +176,8 @@ impl TwinFault {
             Self::DirtyGrating { .. } => {
                 (Self::DirtyGrating { fraction: value }, (0.0..=1.0).contains(&value), "a fraction of 0 to 1")
             }
-            Self::WornSensor { .. } => {
-                (Self::WornSensor { levels: value }, (0.0..=50.0).contains(&value), "0 to 50 grey levels")
+            Self::SensorDefects { .. } => {
+                (Self::SensorDefects { levels: value }, (0.0..=50.0).contains(&value), "0 to 50 grey levels")
             }
             other => (other, false, "no value"),
         };

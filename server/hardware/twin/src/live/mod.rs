@@ -14,9 +14,9 @@ mod laser;
 mod motion;
 mod options;
 mod params;
+mod sensor_defects;
 mod sensor_thread;
 mod stage;
-mod wear;
 mod world;
 
 pub use camera::TwinCamera;

@@ -10,7 +10,7 @@ use vision::{GreyImage, Pixels};
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
 use crate::live::params::{BELT_START_MM, BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
-use crate::live::wear::wear;
+use crate::live::sensor_defects::add_sensor_defects;
 use crate::live::world::{SharedWorld, View};
 use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
@@ -249,7 +249,7 @@ impl Sensor {
             run.pending.clear();
             return Err(LONGEST_SLEEP);
         }
-        if settings.trigger == Trigger::Hardware && self.world.lock().has(TwinFault::BeltStops) {
+        if settings.trigger == Trigger::Hardware && self.world.lock().has(TwinFault::ConveyorStopped) {
             // Nothing is due, so that nothing is being computed either.
             run.due = now + 2 * LONGEST_SLEEP;
             return Err(LONGEST_SLEEP / 4);
@@ -288,8 +288,8 @@ impl Sensor {
     fn render(&self, exposure: &Pending, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         if let Some((view, image_number)) = &exposure.view {
             view.renderer.expose(&light_of(view, &exposure.settings, *image_number), buffers, image);
-            if view.worn_levels > 0.0 {
-                wear(image, view.renderer.model().seed, view.worn_levels);
+            if view.defect_levels > 0.0 {
+                add_sensor_defects(image, view.renderer.model().seed, view.defect_levels);
             }
         }
     }

@@ -42,7 +42,7 @@ pub(super) struct View {
     pub laser_power: f64,
     pub stray_levels: f64,
     /// Size of the sensor's fixed pattern, grey levels of 255; 0 for a sensor without one.
-    pub worn_levels: f64,
+    pub defect_levels: f64,
     /// Whether the lens is covered.
     pub covered: bool,
 }
@@ -94,15 +94,15 @@ impl World {
     pub(super) fn view(&self, at: Instant) -> View {
         let dirt = self
             .fault(|fault| if let TwinFault::DirtyGrating { fraction } = *fault { Some(fraction) } else { None });
-        let worn =
-            self.fault(|fault| if let TwinFault::WornSensor { levels } = *fault { Some(levels) } else { None });
+        let defects =
+            self.fault(|fault| if let TwinFault::SensorDefects { levels } = *fault { Some(levels) } else { None });
         View {
             renderer: self.renderer.clone(),
             scene: self.scene.clone(),
             position_mm: self.true_position_mm(at),
             laser_power: self.laser.light(at),
             stray_levels: dirt.unwrap_or(0.0) * STRAY_LEVELS,
-            worn_levels: worn.unwrap_or(0.0),
+            defect_levels: defects.unwrap_or(0.0),
             covered: self.has(TwinFault::LensCovered),
         }
     }

@@ -218,7 +218,7 @@ fn sensor_defects_are_counted_with_the_lens_covered() {
     bench.control.set_fault(TwinFault::LensCovered);
     let good = defects();
     assert!(good.outcome == Outcome::Ok && good.value == Some(0.0), "{good:?}");
-    bench.control.set_fault(TwinFault::WornSensor { levels: 6.0 });
+    bench.control.set_fault(TwinFault::SensorDefects { levels: 6.0 });
     let bad = defects();
     // One pixel in two thousand of 320 × 256, some of them drawn twice.
     assert!(bad.outcome == Outcome::NotOk && (37.0..=40.0).contains(&bad.value.unwrap()), "{bad:?}");

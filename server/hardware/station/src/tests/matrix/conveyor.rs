@@ -38,7 +38,7 @@ const CAMERA_DISCONNECTED: Reaction = Reported("camera", "disconnected");
 const LASER_FAULT: Reaction = Reported("laser", "fault");
 
 cells! { cell;
-    belt_stops: TwinFault::BeltStops => absent: Continues, ready: Continues, live: Continues, scanning: EndsScan;
+    conveyor_stopped: TwinFault::ConveyorStopped => absent: Continues, ready: Continues, live: Continues, scanning: EndsScan;
     lost_triggers: TwinFault::LostFrames { every: 4 } => absent: Continues, ready: Continues, live: Continues, scanning: Continues;
     camera_unplugged: TwinFault::CameraUnplugged =>
         absent: CAMERA_DISCONNECTED, ready: CAMERA_DISCONNECTED, live: CAMERA_DISCONNECTED, scanning: CAMERA_DISCONNECTED;

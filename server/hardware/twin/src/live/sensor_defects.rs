@@ -1,11 +1,11 @@
-//! A worn sensor: hot pixels and a fixed pattern of its rows.
+//! Sensor defects: hot pixels and a fixed pattern of its rows.
 
 use vision::{GreyImage, LevelsMut};
 
 use crate::model::random::derived_seed;
 
-/// Random stream of the wear, derived from a station's seed.
-const WEAR_STREAM: u64 = 7;
+/// Random stream of the defects, derived from a station's seed.
+const DEFECTS_STREAM: u64 = 7;
 
 /// One pixel of so many is hot.
 const PIXELS_PER_HOT: usize = 2000;
@@ -16,11 +16,11 @@ const ROWS_PER_BRIGHT: usize = 50;
 /// Pattern of a bright row, in multiples of that of the others.
 const BRIGHT: f64 = 3.0;
 
-/// Adds the wear of the sensor of the station with that seed to an image of the whole sensor. `levels`: size of the row
+/// Adds the sensor defects of the station with this seed to an image of the full sensor. `levels`: size of the row
 /// pattern, grey levels of 255.
-pub(super) fn wear(image: &mut GreyImage, seed: u64, levels: f64) {
+pub(super) fn add_sensor_defects(image: &mut GreyImage, seed: u64, levels: f64) {
     let (width, height) = (image.width(), image.height());
-    let seed = derived_seed(seed, WEAR_STREAM);
+    let seed = derived_seed(seed, DEFECTS_STREAM);
     let row = |v: usize| {
         let fraction = derived_seed(seed, v as u64) as f64 / u64::MAX as f64;
         levels * if v % ROWS_PER_BRIGHT < 2 { BRIGHT } else { fraction }
