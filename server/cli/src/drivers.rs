@@ -46,7 +46,8 @@ pub struct StationSettings {
 /// Driver of a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber, conveyor (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
+    /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber, conveyor (stage) or none (laser that is
+    /// always on); a laser of kind genicam is on an output line of that camera
     pub kind: String,
 }
 
@@ -198,7 +199,7 @@ mod tests {
                     assert_eq!(
                         Arc::ptr_eq(&made.stage, &made.laser),
                         stage == laser,
-                        "one controller, opened once"
+                        "one controller is opened once"
                     );
                 }
             }

@@ -26,8 +26,8 @@ pub enum BenchSubject {
     /// Camera calibration from the corners of all images on one thread: by plain least squares, as OpenCV's
     /// `calibrateCamera`, and as in `sheaf calibrate`.
     Camera(BenchBoardsArgs),
-    /// A synthetic scan of any size, from peaks on disk to a cloud on disk: peak memory per point, and the write rate of a PLY
-    /// file compared with that of the disk.
+    /// A synthetic scan of any size, from peaks on disk to a cloud on disk: peak memory per point, and the write rate of
+    /// a PLY file compared with that of the disk.
     Cloud(BenchCloudArgs),
     /// The whole service: a continuous scan over a recording in memory, with viewers. Reports frames per second, losses,
     /// latency of profiles and peaks, and the load of each thread.

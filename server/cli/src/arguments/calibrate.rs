@@ -90,12 +90,12 @@ pub struct AxisArgs {
     /// Output file of the calibration with the axis.
     #[arg(short, long, value_name = "CAL.json")]
     pub output: PathBuf,
-    /// Initial point on the axis, to a few millimetres, camera frame; default: that of the calibration, or the middle of its
-    /// depth range in front of the camera.
+    /// Initial point on the axis, to a few millimetres, camera frame; default: that of the calibration, or the middle of
+    /// its depth range in front of the camera.
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub near_mm: Option<Vec<f64>>,
-    /// Initial direction of the axis, to a few degrees; positive angles turn the part by the right-hand rule. Default: that of
-    /// the calibration, or along the lines (upwards, or to the right).
+    /// Initial direction of the axis, to a few degrees; positive angles turn the part by the right-hand rule. Default:
+    /// that of the calibration, or along the lines (upwards, or to the right).
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub along: Option<Vec<f64>>,
 }

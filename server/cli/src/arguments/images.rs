@@ -166,7 +166,8 @@ pub struct CentrelinesArgs {
     /// Laser-off images, subtracted before lines are detected: one for all images, or one per image in the same order.
     #[arg(long, value_name = "IMAGE", num_args = 1..)]
     pub background: Vec<PathBuf>,
-    /// Instead, a list of images with their backgrounds: one pair LASER_ON,LASER_OFF per line, relative to the folder of the list.
+    /// Instead, a list of images with their backgrounds: one pair LASER_ON,LASER_OFF per line, relative to the folder of
+    /// the list.
     #[arg(long, value_name = "LIST.csv", conflicts_with_all = ["images", "background"])]
     pub pairs: Option<PathBuf>,
     /// Region of interest: first column, first row, width, height.

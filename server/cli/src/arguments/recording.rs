@@ -15,13 +15,14 @@ pub struct RecordingArgs {
 /// Subcommands of `sheaf recording`.
 #[derive(Debug, Subcommand)]
 pub enum RecordingAction {
-    /// Show the content: frames, messages, gaps, calibration, completeness. Exit code 7 if frames or parts of the file are missing.
+    /// Show the content: frames, messages, gaps, calibration, completeness. Exit code 7 if frames or parts of the file
+    /// are missing.
     Info(RecordingInfoArgs),
     /// Export to a capture folder: the frames of its scan, or all frames with a stage position, and its calibration.
     /// Exit code 7 if frames are missing.
     Export(RecordingExportArgs),
-    /// Repair an interrupted or damaged file: copies everything readable and adds an index. Exit code 7 if parts could not be
-    /// read.
+    /// Repair an interrupted or damaged file: copies everything readable and adds an index. Exit code 7 if parts could
+    /// not be read.
     Repair(RecordingRepairArgs),
 }
 

@@ -113,11 +113,12 @@ pub struct CompareArgs {
     /// Align by the datums of this plan; the CAD model must be in the datum frame.
     #[arg(long, value_name = "PLAN.json")]
     pub plan: Option<PathBuf>,
-    /// Align by a best fit of all points to the surface, starting from the datums if a plan is given, otherwise from --start.
+    /// Align by a best fit of all points to the surface, starting from the datums if a plan is given, otherwise from
+    /// --start.
     #[arg(long, required_unless_present = "plan")]
     pub best_fit: bool,
-    /// Initial pose of the CAD model in the scan: position of its origin in mm, then rotations about the fixed axes x, y and z,
-    /// in this order, in degrees; default: all zero.
+    /// Initial pose of the CAD model in the scan: position of its origin in mm, then rotations about the fixed axes x, y
+    /// and z, in this order, in degrees; default: all zero.
     #[arg(
         long,
         value_name = "X,Y,Z,RX,RY,RZ",

@@ -18,7 +18,8 @@ pub struct StudyArgs {
 /// The studies.
 #[derive(Debug, Subcommand)]
 pub enum Study {
-    /// Monte Carlo study in the regime of the paper: the three models compared, where plane models fail, the Cramér–Rao bound.
+    /// Monte Carlo study in the regime of the paper: the three models compared, where plane models fail, the Cramér–Rao
+    /// bound.
     Paper(StudyPaperArgs),
 }
 

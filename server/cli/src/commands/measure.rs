@@ -1,4 +1,5 @@
-//! `sheaf measure`: one measurement on a cloud, or all characteristics of a plan, with uncertainty and, given limits, a verdict.
+//! `sheaf measure`: one measurement on a cloud, or all characteristics of a plan, with uncertainty and, given limits, a
+//! verdict.
 
 use crate::answer::exit::Exit;
 use std::path::Path;

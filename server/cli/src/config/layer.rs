@@ -80,8 +80,8 @@ impl<'a> Layer<'a> {
         Ok(())
     }
 
-    /// Adds the settings of the configuration file: the file given by flag or environment, which must exist, or else the one in
-    /// the data folder, if it exists.
+    /// Adds the settings of the configuration file: the file given by flag or environment, which must exist, or else the
+    /// one in the data folder, if it exists.
     pub fn add_file(
         &mut self,
         flags: &Flags,

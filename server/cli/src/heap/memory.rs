@@ -1,7 +1,7 @@
 //! Returns memory of large computations to the system.
 
-/// Allocations from this size on are mappings of their own, which are returned to the system when freed. It is half an image
-/// of one megapixel: clouds and meshes are returned, and frames, which are reused, cost nothing.
+/// Allocations from this size on are mappings of their own, which are returned to the system when freed. It is half an
+/// image of one megapixel: clouds and meshes are returned, and frames, which are reused, cost nothing.
 #[cfg(target_env = "gnu")]
 const LARGE_BYTES: std::ffi::c_int = 512 * 1024;
 

@@ -36,7 +36,8 @@ pub struct ModelErrors {
     pub grating_mm: f64,
 }
 
-/// Seeds per row of the third table. Many are needed, since the error is mainly that of the focal length, one value per seed.
+/// Seeds per row of the third table. Many are needed, since the error is mainly that of the focal length, one value per
+/// seed.
 const SEEDS_PER_CORNER_NOISE: u64 = 40;
 
 /// Noise of a good centreline, px.

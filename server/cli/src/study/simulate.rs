@@ -133,8 +133,8 @@ fn line(
     points
 }
 
-/// The pixel at which the fan ray φ of an order hits the plane of the board, and whether it is on the board, within the field
-/// and in the image.
+/// The pixel at which the fan ray φ of an order hits the plane of the board, and whether it is on the board, within the
+/// field and in the image.
 fn lit_pixel(
     regime: &Regime,
     camera: &Camera,

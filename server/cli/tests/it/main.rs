@@ -1,4 +1,4 @@
-//! The program as people and other programs meet it: commands, files, REST, the stream, Stop, crashes.
+//! Tests of the whole program: commands, files, REST, live stream, Stop, crashes.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,15 +1,15 @@
-//! The README's blocks marked as tested, run as they stand against the real program.
+//! Runs the blocks of the README that are marked as tested, unchanged, with the real program.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::common::server::Server;
 
-/// The comment above every block that is run here.
+/// The comment above every tested block.
 const MARK: &str = "<!-- tested:";
 
 #[test]
-fn the_readme_lines_calibrate_scan_measure_download_and_watch() {
+fn the_commands_of_the_readme_work() {
     let blocks = tested_blocks(&std::fs::read_to_string(root().join("README.md")).unwrap());
     let languages: Vec<&str> = blocks.iter().map(|(language, _)| language.as_str()).collect();
     assert_eq!(languages, ["sh", "python"], "README.md must have these blocks under `{MARK}`");

@@ -41,8 +41,8 @@ pub const AMBIENT_PERCENT: f64 = 25.0;
 /// Factors of the set exposure at which linearity is checked.
 pub const EXPOSURE_FACTORS: [f64; 2] = [0.5, 0.25];
 
-/// Range of the laser light of pixels used for linearity, percent of full scale; below it noise and rounding dominate, above
-/// it saturation.
+/// Range of the laser light of pixels used for linearity, percent of full scale; below it noise and rounding dominate,
+/// above it saturation.
 pub const RESPONSE_PERCENT: (f64, f64) = (15.0, 85.0);
 
 /// Minimum number of such pixels.

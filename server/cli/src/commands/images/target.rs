@@ -12,8 +12,8 @@ use crate::commands::Answer;
 /// Ratio of marker size to square size: leaves room for corner detection while the marker remains readable.
 const MARKER_RATIO: f64 = 0.7;
 
-/// Ratio of disc diameter to grid spacing: large, since the accuracy of a centre grows with the length of the edge, but with
-/// room for a blurred edge.
+/// Ratio of disc diameter to grid spacing: large, since the accuracy of a centre grows with the length of the edge, but
+/// with room for a blurred edge.
 const CIRCLE_RATIO: f64 = 0.6;
 /// The same for an asymmetric grid, whose discs are 1.4 row spacings apart.
 const ASYMMETRIC_CIRCLE_RATIO: f64 = 0.85;

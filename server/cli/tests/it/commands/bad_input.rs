@@ -1,6 +1,6 @@
-//! Bad input is refused with an exit code and with words that name the place and the remedy.
+//! Bad input is refused with an exit code and a message with place and remedy.
 //!
-//! Not shown here: that sound input gives right figures; see `contract.rs` and `rig_a.rs`.
+//! Not shown here: results from valid input; see `contract.rs` and `rig_a.rs`.
 
 use std::path::Path;
 
@@ -9,9 +9,9 @@ use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma};
 use serde_json::json;
 
 const BAD_INPUT: i32 = 3;
-const CANNOT_CARRY: i32 = 4;
+const INSUFFICIENT_DATA: i32 = 4;
 
-/// Calibrating the damaged capture ends with `exit` and says all of `words` and a remedy.
+/// Asserts that calibrating the damaged capture ends with `exit` and a message with all of `words` and a remedy.
 #[track_caller]
 fn refused(damage: impl FnOnce(&Path), exit: i32, words: &[&str]) {
     let copy = copy_of_small();
@@ -69,25 +69,25 @@ fn two_poses_only() {
             manifest["stage_views"] = json!([]);
         });
     };
-    refused(damage, CANNOT_CARRY, &["got 2", "add poses", "capture.json"]);
+    refused(damage, INSUFFICIENT_DATA, &["got 2", "add poses", "capture.json"]);
 }
 
 #[test]
 fn all_boards_parallel() {
     let damage = |folder: &Path| {
         edit_manifest(folder, |manifest| {
-            // The board carried by the stage keeps its direction.
+            // The board on the stage keeps its direction.
             let boards: Vec<_> = (0..5).map(|idx| json!({ "board": format!("stage/{idx:03}.png") })).collect();
             manifest["poses"] = json!(boards);
             manifest["stage_views"] = json!([]);
         });
     };
-    refused(damage, CANNOT_CARRY, &["focal length is unobservable", "parallel", "tilt the board"]);
+    refused(damage, INSUFFICIENT_DATA, &["focal length is unobservable", "parallel", "tilt the board"]);
 }
 
-/// Darkens the laser pictures from the third on.
-fn darken(folder: &Path, n_pictures: usize) {
-    for idx in 2..2 + n_pictures {
+/// Darkens the laser images from the third on.
+fn darken(folder: &Path, n_images: usize) {
+    for idx in 2..2 + n_images {
         replace(folder, &format!("laser/{idx:03}.png"), &png(GrayImage::from_pixel(640, 512, Luma([4]))));
     }
 }
@@ -102,7 +102,7 @@ fn more_laser_images_without_a_line_than_with_one() {
 }
 
 #[test]
-fn pictures_without_a_board_or_a_line_are_left_out_and_named() {
+fn images_without_a_board_or_a_line_are_excluded_and_named() {
     let copy = copy_of_small();
     darken(copy.path(), 2);
     replace(copy.path(), "board/005.png", &png(GrayImage::from_pixel(640, 512, Luma([90]))));
@@ -173,7 +173,7 @@ fn an_image_of_another_size() {
 }
 
 #[test]
-fn a_folder_that_is_no_capture() {
+fn a_folder_that_is_not_a_capture() {
     let folder = tempfile::tempdir().unwrap();
     let output = sheaf(&["calibrate", folder.path().to_str().unwrap(), "-o", "/dev/null"]);
     let message = err(&output);
@@ -182,7 +182,7 @@ fn a_folder_that_is_no_capture() {
 }
 
 #[test]
-fn a_scan_that_is_not_there() {
+fn a_missing_scan() {
     let capture = crate::common::small_capture();
     let calibration = small_calibration();
     let (problem, exit) = sheaf_json(&[
@@ -223,7 +223,7 @@ fn a_scan_without_light() {
         &cloud,
     ]);
     let message = err(&output);
-    assert_eq!(output.status.code(), Some(CANNOT_CARRY), "{message}");
+    assert_eq!(output.status.code(), Some(INSUFFICIENT_DATA), "{message}");
     assert!(message.contains("no frame shows a laser line") && message.contains("remedy: "), "{message}");
 }
 
@@ -237,7 +237,7 @@ fn a_wrong_command_line_has_its_own_exit_code() {
 }
 
 #[test]
-fn a_row_that_is_not_a_pixel_is_named_by_its_line() {
+fn a_malformed_row_is_reported_with_its_line_number() {
     let calibration = small_calibration();
     for (rows, word) in [
         ("order,u_px,v_px\n0,10,20\n0,ten,20\n", "line 3"),

@@ -1,6 +1,6 @@
-//! What other people's scripts rely on: commands, columns, order of rows, JSON on stdout, exit codes, same bytes again.
+//! The contract with scripts: commands, columns, order of rows, JSON on stdout, exit codes, reproducible bytes.
 //!
-//! Not shown here: how accurate the figures are; see `rig_a.rs`.
+//! Not shown here: accuracy; see `rig_a.rs`.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -68,7 +68,7 @@ fn help_states_the_exit_codes_and_every_command_of_the_contract() {
 }
 
 #[test]
-fn triangulate_keeps_rows_and_their_order_and_leaves_fields_empty_without_a_hit() {
+fn triangulate_keeps_all_rows_in_order_and_leaves_fields_empty_without_an_intersection() {
     let rows = "frame,v_px,order,u_px\n9,250.50,0,320\n9,1e2,77,5\n9,255.0,-1,100.0\n";
     let output = triangulate(&[], rows);
     assert!(output.status.success(), "{}", err(&output));
@@ -105,7 +105,7 @@ fn triangulate_streams_many_rows() {
 }
 
 #[test]
-fn corners_and_centrelines_write_one_table_per_image_named_after_it() {
+fn corners_and_centrelines_write_one_table_per_image() {
     let capture = small_capture();
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().to_str().unwrap();
@@ -126,8 +126,8 @@ fn corners_and_centrelines_write_one_table_per_image_named_after_it() {
         assert!(table.starts_with("row,column,u_px,v_px,sigma_px\n0,0,"), "{table}");
         assert_eq!(table.lines().count(), 1 + 88);
     }
-    let pictures = path(folder.path(), "pictures");
-    sheaf_ok(&["centrelines", &image("laser/001.png"), "--csv", csv, "--overlay", &pictures]);
+    let overlays = path(folder.path(), "overlays");
+    sheaf_ok(&["centrelines", &image("laser/001.png"), "--csv", csv, "--overlay", &overlays]);
     let table = std::fs::read_to_string(folder.path().join("001.csv")).unwrap();
     assert!(table.starts_with("u_px,v_px,sigma_px,intensity,width_px\n"), "{table}");
     assert!(
@@ -135,7 +135,7 @@ fn corners_and_centrelines_write_one_table_per_image_named_after_it() {
         "five lines across 640 columns give more points than {}",
         table.lines().count()
     );
-    assert!(Path::new(&pictures).join("001.png").is_file());
+    assert!(Path::new(&overlays).join("001.png").is_file());
 }
 
 #[test]
@@ -178,13 +178,13 @@ fn a_sixteen_bit_image_gives_the_same_corners() {
     };
     let eight = corners(&path(&capture, "board/000.png"), "000.csv");
     let sixteen = corners(&path(folder.path(), "wide.png"), "wide.csv");
-    // The same grey levels on a finer scale: only rounding may differ.
+    // The same grey levels on a finer scale: differences are due to rounding only.
     let largest = eight.iter().zip(&sixteen).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(eight.len() == 176 && largest < 1e-3, "{largest} px");
 }
 
 #[test]
-fn sigma_of_corners_covers_what_jpeg_compression_does_to_them() {
+fn corner_sigma_covers_the_error_of_jpeg_compression() {
     let folder = tempfile::tempdir().unwrap();
     let png = small_capture().join("board/000.png");
     let grey = image::open(&png).unwrap().into_luma8();
@@ -217,13 +217,13 @@ fn sigma_of_corners_covers_what_jpeg_compression_does_to_them() {
 }
 
 #[test]
-fn calibrate_answers_in_json_with_everything_a_script_needs() {
+fn calibrate_prints_its_results_as_json() {
     let folder = tempfile::tempdir().unwrap();
     let capture = small_capture();
     let (cal, report) = (path(folder.path(), "cal.json"), path(folder.path(), "report.html"));
     let (result, exit) = sheaf_json(&["calibrate", capture.to_str().unwrap(), "-o", &cal, "--report", &report]);
     assert_eq!(exit, 0);
-    assert_eq!(result["camera"]["pictures"].as_array().unwrap().len(), 6 + 5);
+    assert_eq!(result["camera"]["images"].as_array().unwrap().len(), 6 + 5);
     assert_eq!(result["models"]["scores"].as_array().unwrap().len(), 3);
     assert_eq!(result["models"]["recommended"], "grating");
     for pointer in
@@ -239,7 +239,7 @@ fn calibrate_answers_in_json_with_everything_a_script_needs() {
 }
 
 #[test]
-fn every_light_model_can_be_asked_for_by_name() {
+fn every_light_model_can_be_selected() {
     let folder = tempfile::tempdir().unwrap();
     let capture = small_capture();
     for model in ["planes", "pencil", "grating"] {
@@ -277,7 +277,7 @@ fn the_same_input_gives_the_same_bytes_with_any_number_of_threads() {
 }
 
 #[test]
-fn a_cloud_carries_its_calibration_and_is_measured_with_full_uncertainty() {
+fn a_cloud_contains_its_calibration_and_is_measured_with_complete_uncertainty() {
     let (_folder, cloud) = scan("gauge");
     let (result, exit) = sheaf_json(&["measure", &cloud, "--tool", "step", "--nominal-mm", "8.9"]);
     assert_eq!(exit, 0);
@@ -320,7 +320,7 @@ fn the_exit_code_is_the_verdict() {
 }
 
 #[test]
-fn half_an_uncertainty_decides_nothing_and_names_what_is_missing() {
+fn an_incomplete_uncertainty_gives_no_verdict_and_states_what_is_missing() {
     let (folder, cloud) = scan("gauge");
     for (missing, lines) in [
         ("calibration", &["calibration_json"][..]),
@@ -331,7 +331,7 @@ fn half_an_uncertainty_decides_nothing_and_names_what_is_missing() {
         less.comments.retain(|comment| !lines.iter().any(|line| comment.starts_with(line)));
         let path = path(folder.path(), &format!("{missing}.ply"));
         scanning::files::write_cloud(Path::new(&path), scanning::CloudFormat::Ply, &less).unwrap();
-        // Beyond all doubt, were U complete.
+        // Clearly outside, if U were complete.
         let asked = ["measure", &path, "--tool", "step", "--nominal-mm", "8.9", "--tolerance-mm", "5"];
         let (result, exit) = sheaf_json(&asked);
         assert_eq!((exit, result["verdict"].as_str()), (6, Some("undecided")), "{missing}");
@@ -343,7 +343,7 @@ fn half_an_uncertainty_decides_nothing_and_names_what_is_missing() {
 }
 
 #[test]
-fn clouds_and_meshes_are_written_in_every_format_asked_for() {
+fn clouds_and_meshes_are_written_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let (capture, calibration) = (small_capture(), small_calibration());
     let arguments =
@@ -355,7 +355,7 @@ fn clouds_and_meshes_are_written_in_every_format_asked_for() {
         assert!(
             std::fs::metadata(&cloud).unwrap().len() > 10_000 && std::fs::metadata(&mesh).unwrap().len() > 10_000
         );
-        // Whatever the format, the calibration travels with the points.
+        // Every format contains the calibration.
         let (result, exit) = sheaf_json(&["measure", &cloud, "--tool", "flatness"]);
         assert_eq!(exit, 0, "{result:#}");
         assert!(result["u_systematic"].is_f64(), "{cloud}");
@@ -366,7 +366,7 @@ fn clouds_and_meshes_are_written_in_every_format_asked_for() {
 }
 
 #[test]
-fn progress_and_notes_stay_off_stdout_and_quiet_means_quiet() {
+fn progress_and_notes_go_to_stderr_and_quiet_suppresses_them() {
     let (capture, calibration) = (small_capture(), small_calibration());
     let folder = tempfile::tempdir().unwrap();
     let cloud = path(folder.path(), "cloud.ply");
@@ -381,7 +381,7 @@ fn progress_and_notes_stay_off_stdout_and_quiet_means_quiet() {
 }
 
 #[test]
-fn the_twin_gives_the_same_capture_for_the_same_seed_and_another_for_another() {
+fn the_capture_of_the_twin_depends_only_on_the_seed() {
     let folder = tempfile::tempdir().unwrap();
     let render = |name: &str, seed: &str| -> Vec<u8> {
         let capture = path(folder.path(), name);
@@ -444,7 +444,7 @@ fn bench_writes_its_figures_to_a_file_and_the_points_of_every_frame() {
     assert!(rows.len() > 150);
     for row in &rows[1..] {
         let v_px: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
-        // Levels are cut to whole ones, half a level on average, on a line of 200.
+        // Levels are truncated, by half a level on average, on a line of 200.
         assert!((v_px - 40.3).abs() < 0.05, "{row}");
     }
 }

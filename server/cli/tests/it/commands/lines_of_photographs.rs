@@ -1,5 +1,5 @@
-//! `sheaf centrelines` and `sheaf corners` on what people have: many pictures at once, pairs, mistakes. What a picture shows
-//! besides its lines, or does not show, is said in words and as JSON.
+//! `sheaf centrelines` and `sheaf corners` in practice: many images at once, pairs, mistakes. Findings are reported as text
+//! and as JSON.
 //!
 //! Not shown here: how well lines are found; see `vision`, `twin/tests/colour.rs` and `photographs.rs`.
 
@@ -15,7 +15,7 @@ fn grey(name: &str) -> GrayImage {
     image::open(small_capture().join(name)).unwrap().into_luma8()
 }
 
-/// Two pictures' light together, as ordinary light and the laser fall on one sensor.
+/// The sum of two images, as ambient and laser light add up on the sensor.
 fn together(a: &GrayImage, b: &GrayImage) -> GrayImage {
     GrayImage::from_fn(a.width(), a.height(), |u, v| {
         Luma([a.get_pixel(u, v).0[0].saturating_add(b.get_pixel(u, v).0[0])])
@@ -27,7 +27,7 @@ fn kinds(image: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn one_folder_takes_tables_and_pictures_with_lines_that_are_seen_on_bright_stripes() {
+fn tables_and_overlays_with_visible_lines_are_written_to_one_folder() {
     let folder = tempfile::tempdir().unwrap();
     let out = path(folder.path(), "out");
     let images = ["laser/000.png", "laser/001.png"].map(|name| path(&small_capture(), name));
@@ -35,25 +35,25 @@ fn one_folder_takes_tables_and_pictures_with_lines_that_are_seen_on_bright_strip
     assert_eq!(exit, 0, "{result:#}");
     for name in ["000", "001"] {
         let table = std::fs::read_to_string(Path::new(&out).join(format!("{name}.csv"))).unwrap();
-        let picture: RgbImage =
+        let overlay: RgbImage =
             image::open(Path::new(&out).join(format!("{name}-lines.png"))).unwrap().into_rgb8();
-        let zoom = picture.width() / 640;
+        let zoom = overlay.width() / 640;
         let (mut n_seen, mut n_points) = (0, 0);
         for row in table.lines().skip(1) {
             let [u, v] = [0, 1].map(|field| row.split(',').nth(field).unwrap().parse::<f64>().unwrap());
             let place = |at: f64| ((at + 0.5) * f64::from(zoom)) as u32;
-            let pixel = picture.get_pixel(place(u), place(v)).0;
+            let pixel = overlay.get_pixel(place(u), place(v)).0;
             let (brightest, darkest) = (*pixel.iter().max().unwrap(), *pixel.iter().min().unwrap());
             n_points += 1;
             n_seen += usize::from(brightest - darkest > 60);
         }
-        // Every point has a colour, on stripes as bright as the sensor shows them.
+        // Every point is coloured, even on saturated stripes.
         assert!(n_points > 1500 && n_seen == n_points, "{n_seen} of {n_points} are seen");
     }
 }
 
 #[test]
-fn lines_along_the_other_direction_are_suspected_in_words() {
+fn a_wrong_line_direction_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let out = path(folder.path(), "");
     let image = path(&small_capture(), "laser/000.png");
@@ -61,7 +61,7 @@ fn lines_along_the_other_direction_are_suspected_in_words() {
     assert_eq!((exit, kinds(&result["images"][0]).contains(&"other_direction")), (0, true), "{result:#}");
     let words = err(&sheaf(&["centrelines", &image, "-o", &out, "--line-direction", "columns", "-q"]));
     assert!(words.contains("try --direction rows"), "{words}");
-    // The right way nothing is suspected; either way finds the same.
+    // No finding with the correct direction; `both` gives the same lines.
     let count = |direction: &str| {
         let (result, _) = sheaf_json(&["centrelines", &image, "-o", &out, "--direction", direction]);
         assert_eq!(kinds(&result["images"][0]), Vec::<&str>::new(), "{direction}");
@@ -72,7 +72,7 @@ fn lines_along_the_other_direction_are_suspected_in_words() {
 }
 
 #[test]
-fn swapped_pairs_and_backgrounds_of_another_pose_are_suspected_in_words() {
+fn swapped_pairs_and_backgrounds_of_another_pose_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, image: &GrayImage| {
         let file = folder.path().join(name);
@@ -111,14 +111,14 @@ fn swapped_pairs_and_backgrounds_of_another_pose_are_suspected_in_words() {
 }
 
 #[test]
-fn a_capture_takes_backgrounds_away_and_notices_those_of_another_pose() {
+fn a_capture_subtracts_backgrounds_and_reports_those_of_another_pose() {
     let folder = copy_of_small();
     let dim = |name: &str| {
         let image = grey(name);
         GrayImage::from_fn(image.width(), image.height(), |u, v| Luma([image.get_pixel(u, v).0[0] / 3]))
     };
     let put = |name: &str, image: &GrayImage| image.save(folder.path().join(name)).unwrap();
-    // Pose 0 by the light of the room, with and without the laser; frame 0 of the scan with what is not its background.
+    // Pose 0 in ambient light with and without the laser; frame 0 of the scan with a wrong background.
     std::fs::remove_file(folder.path().join("laser/000.png")).unwrap();
     put("laser/000.png", &together(&dim("board/000.png"), &grey("laser/000.png")));
     put("off.png", &dim("board/000.png"));
@@ -153,7 +153,7 @@ fn a_capture_takes_backgrounds_away_and_notices_those_of_another_pose() {
 }
 
 #[test]
-fn strong_light_without_a_point_is_never_passed_over() {
+fn strong_light_without_a_point_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("wide.png");
     let band = GrayImage::from_fn(640, 480, |u, v| {
@@ -176,7 +176,7 @@ fn strong_light_without_a_point_is_never_passed_over() {
 }
 
 #[test]
-fn region_length_and_contrast_are_asked_for_by_options() {
+fn options_select_region_length_and_contrast() {
     let folder = tempfile::tempdir().unwrap();
     let out = path(folder.path(), "");
     let image = path(&small_capture(), "laser/000.png");
@@ -201,7 +201,7 @@ fn region_length_and_contrast_are_asked_for_by_options() {
 }
 
 #[test]
-fn good_boards_are_reported_beside_a_bad_one() {
+fn good_boards_are_reported_despite_a_bad_one() {
     let folder = tempfile::tempdir().unwrap();
     let csv = path(folder.path(), "");
     let images = ["board/000.png", "laser/000.png", "board/001.png"].map(|name| path(&small_capture(), name));
@@ -228,7 +228,7 @@ fn good_boards_are_reported_beside_a_bad_one() {
 }
 
 #[test]
-fn a_jpeg_is_warned_of_and_its_ripples_are_left_out() {
+fn a_jpeg_causes_a_warning_and_its_artefacts_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("laser.jpg");
     grey("laser/000.png").save(&file).unwrap();

@@ -1,4 +1,4 @@
-//! Single commands: what they write, say and refuse.
+//! Single commands: their output, messages and refusals.
 
 pub mod bad_input;
 pub mod contract;

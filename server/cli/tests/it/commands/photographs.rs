@@ -1,6 +1,6 @@
-//! Photographs that others took, through the binary: real light, lenses and noise.
+//! Published photographs, processed with the binary: real light, lenses and noise.
 //!
-//! Not shown here: a multi-line set with a calibration; there is none in public, the rendered station stands in.
+//! Not shown here: a multi-line set with a calibration; none is published, the rendered station replaces it.
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +12,15 @@ use tempfile::TempDir;
 const OPENCV_LEFT_RMS_PX: f64 = 0.180;
 /// RMS of the ciclop camera: OpenCV and the published calibration reach 0.2415 px.
 const CICLOP_RMS_PX: f64 = 0.2420;
-/// Published focal length and principal point, px; a detector alone moves them by a fraction of this tolerance.
+/// Published focal length and principal point, px; the choice of detector changes them by a fraction of this tolerance.
 const CICLOP_PUBLISHED: [(&str, f64, f64); 4] =
     [("fx_px", 1430.391, 5.0), ("fy_px", 1429.663, 5.0), ("cx_px", 636.404, 4.0), ("cy_px", 478.033, 4.0)];
-/// Fraction of the rows of a lit surface on which its line must be found.
+/// Minimum fraction of the rows of a lit surface on which its line is detected.
 const COVERAGE: f64 = 0.90;
-/// No stretch of noise may be as long as this: the shortest piece of the bust's profile has 30 rows.
+/// Maximum length of a run of noise: the shortest piece of the profile of the bust has 30 rows.
 const NOISE_ROWS: usize = 30;
-/// A found point belongs to a line if it lies within this of the straight line between its ends: lens distortion
-/// and warping of the board bend it by less.
+/// Maximum distance of a point of a line from the straight line between its ends: lens distortion and warping of the board
+/// cause less.
 const ON_LINE_PX: f64 = 3.0;
 
 /// Photographs of a board, in order of name.
@@ -54,18 +54,18 @@ fn every_board_is_found(images: &[PathBuf], columns: usize, rows: usize) {
 }
 
 #[test]
-fn every_board_of_the_opencv_set_is_found() {
+fn every_board_of_the_opencv_set_is_detected() {
     let Some(images) = boards("real/opencv-board", "left", 13) else { return };
     every_board_is_found(&images, 9, 6);
 }
 
 #[test]
-fn every_board_of_the_ciclop_set_is_found() {
+fn every_board_of_the_ciclop_set_is_detected() {
     let Some(images) = boards("real/ciclop/camera", "frame", 16) else { return };
     every_board_is_found(&images, 11, 6);
 }
 
-/// A capture of board pictures alone, as grey PNG; `turned` by a quarter as the published result did.
+/// A capture of board images only, as grey PNG; `turned` by 90° as for the published result.
 fn capture_of(images: &[PathBuf], inner: [usize; 2], square_mm: f64, turned: bool) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut size = (0, 0);
@@ -125,7 +125,7 @@ fn the_ciclop_camera_agrees_with_the_published_one() {
     }
 }
 
-/// Points (u, v) of one photograph with its background taken away.
+/// Points (u, v) of one photograph after background subtraction.
 fn points_of(on: &str, off: &str) -> Option<Vec<[f64; 2]>> {
     let ciclop = reference::data("real/ciclop")?;
     let folder = tempfile::tempdir().unwrap();
@@ -157,7 +157,7 @@ fn coverage(points: &[[f64; 2]], from: [f64; 2], to: [f64; 2]) -> f64 {
 
 #[test]
 fn both_laser_lines_on_the_chessboard_are_followed_from_edge_to_edge() {
-    // Ends of the lines on the board, read off the photographs by eye to two pixels.
+    // Ends of the lines on the board, read manually from the photographs to two pixels.
     let sets = [
         ("0-255-255-8", [([277.0, 455.0], [271.5, 1035.0]), ([596.0, 461.0], [584.0, 1020.0])]),
         ("0-255-255-8-x", [([313.5, 459.0], [314.5, 1016.0]), ([647.0, 451.0], [629.0, 1035.0])]),
@@ -179,7 +179,7 @@ fn the_profile_of_the_bust_is_followed_from_helmet_to_base() {
     let Some(points) = points_of("laser_on_object/laser.png", "laser_on_object/laser_background.png") else {
         return;
     };
-    // The strip of the picture that holds the line, from the crest of the helmet to the rim of the base.
+    // The strip of the image that contains the line, from the crest of the helmet to the edge of the base.
     let (first, last) = (63, 1118);
     let rows: std::collections::BTreeSet<i64> =
         points.iter().filter(|[u, _]| (505.0..605.0).contains(u)).map(|[_, v]| v.round() as i64).collect();
@@ -189,7 +189,7 @@ fn the_profile_of_the_bust_is_followed_from_helmet_to_base() {
     let elsewhere: Vec<[f64; 2]> = points
         .into_iter()
         .filter(|[u, _]| !(505.0..605.0).contains(u))
-        // The laser also lights the rim of the turntable.
+        // The laser also lights the edge of the turntable.
         .filter(|[u, v]| !((770.0..785.0).contains(u) && *v > 1200.0))
         .collect();
     let longest = longest_run(&elsewhere);
@@ -197,7 +197,7 @@ fn the_profile_of_the_bust_is_followed_from_helmet_to_base() {
     assert!(longest < NOISE_ROWS, "a line of {longest} rows where the laser is not");
 }
 
-/// Rows of the longest stretch of points that follow one another.
+/// Number of rows of the longest run of consecutive points.
 fn longest_run(points: &[[f64; 2]]) -> usize {
     let next = |a: &[f64; 2], b: &[f64; 2]| (b[1] - a[1]).abs() < 3.0 && (b[0] - a[0]).abs() < 3.0;
     points.chunk_by(next).map(<[_]>::len).max().unwrap_or(0)

@@ -1,5 +1,5 @@
 //! `sheaf measure --plan`, `sheaf inspect` and `sheaf compare` on rendered scans: values, exit codes, refusals.
-//! Accuracy against drawn stations is held in `metrology`.
+//! Accuracy on simulated stations is tested in `metrology`.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::commands::contract::scan;
 use crate::commands::schemas::follows;
 use crate::common::{err, out, path, sheaf, sheaf_json, sheaf_ok, small_calibration, small_capture};
 
-/// A plan of the gauge block on its table, the block in a box about the place where the tool found it.
+/// A plan for the gauge block on its table, with a region around the position found by the tool.
 fn gauge_plan(cloud: &str, rest: &Value) -> Value {
     let (step, _) = sheaf_json(&["measure", cloud, "--tool", "step", "--nominal-mm", "8.9"]);
     let top = &step["features"][1]["shape"]["point_mm"];
@@ -53,7 +53,7 @@ fn a_plan_gives_the_value_of_the_tool_and_the_exit_code_of_the_part() {
 }
 
 #[test]
-fn a_plan_that_does_not_fit_together_is_refused_with_its_place() {
+fn an_inconsistent_plan_is_refused_with_its_entry() {
     let (folder, cloud) = scan("gauge");
     let file = path(folder.path(), "plan.json");
     std::fs::write(&file, gauge_plan(&cloud, &json!({ "nominal_deg": 8.9 })).to_string()).unwrap();
@@ -68,7 +68,7 @@ fn a_plan_that_does_not_fit_together_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_recipe_judges_a_cloud_as_its_plan_does() {
+fn a_recipe_gives_the_same_verdict_as_its_plan() {
     let (folder, cloud) = scan("gauge");
     let file = path(folder.path(), "gauge.recipe.json");
     let recipe = |limits: &Value| {
@@ -105,7 +105,7 @@ fn a_recipe_judges_a_cloud_as_its_plan_does() {
 }
 
 #[test]
-fn a_cloud_lies_on_its_own_mesh() {
+fn a_cloud_has_no_deviations_from_its_own_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let (capture, calibration) = (small_capture(), small_calibration());
     let (cloud, mesh, map) =

@@ -1,4 +1,4 @@
-//! The published JSON Schemas hold for what the program writes, and refuse what it would refuse.
+//! The published JSON Schemas accept what the program writes and reject what it rejects.
 //!
 //! Not shown here: relations between entries that a schema cannot state; the readers check those.
 

@@ -1,4 +1,4 @@
-//! The binary under test, small captures rendered by it, and copies of them to damage.
+//! The binary under test, a small rendered capture, and copies of it to be damaged.
 
 pub mod controller;
 pub mod server;
@@ -17,7 +17,7 @@ pub fn sheaf<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
     Command::new(SHEAF).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-/// Runs `sheaf` and demands success.
+/// Runs `sheaf` and asserts success.
 #[track_caller]
 pub fn sheaf_ok<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
     let output = sheaf(arguments);
@@ -93,7 +93,7 @@ fn shared(name: &str, make: impl FnOnce(&str)) -> PathBuf {
     let draft = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let inner = draft.path().join("made");
     make(inner.to_str().unwrap());
-    // Another test may have been faster: its folder holds the same bytes.
+    // Another test may have been faster; its folder has the same content.
     let _ = std::fs::rename(&inner, &folder);
     assert!(folder.is_dir());
     folder

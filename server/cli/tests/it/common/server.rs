@@ -1,4 +1,4 @@
-//! The server under test: started on a free port, spoken to over HTTP, ended with the value.
+//! The server under test: started on a free port, used over HTTP, ended on drop.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::SHEAF;
 
-/// Longest time to the line with the URL: five seconds are promised, a busy machine gets more.
+/// Longest time until the URL is printed: five seconds are promised, the rest allows for a busy machine.
 const URL_WITHIN: Duration = Duration::from_secs(60);
 
 /// Longest time a job of these tests may take on a busy machine.
@@ -17,13 +17,13 @@ const JOB_WITHIN: Duration = Duration::from_secs(300);
 
 /// A running `sheaf serve`.
 pub struct Server {
-    /// As printed on its one line.
+    /// The printed URL.
     pub url: String,
     child: Child,
     agent: ureq::Agent,
 }
 
-/// What it answered.
+/// A response.
 #[derive(Debug)]
 pub struct Answer {
     pub status: u16,
@@ -32,14 +32,14 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The body as JSON; fails with the body where it is none.
+    /// The body as JSON; panics with the body otherwise.
     #[track_caller]
     pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body)
             .unwrap_or_else(|error| panic!("{error}: {} {}", self.status, String::from_utf8_lossy(&self.body)))
     }
 
-    /// The same after demanding a status.
+    /// The same after asserting the status.
     #[track_caller]
     pub fn expect(&self, status: u16) -> Value {
         assert_eq!(self.status, status, "{}", String::from_utf8_lossy(&self.body));
@@ -53,19 +53,19 @@ impl Answer {
 }
 
 impl Server {
-    /// Starts on the data folder and a free port, with more arguments if wanted.
+    /// Starts with a data folder on a free port, with further arguments.
     #[track_caller]
     pub fn start(data: &Path, arguments: &[&str]) -> Self {
         Self::start_with(data, arguments, &[])
     }
 
-    /// The same in a changed environment.
+    /// The same with environment variables.
     #[track_caller]
     pub fn start_with(data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         Self::start_by(Command::new(SHEAF), data, arguments, environment)
     }
 
-    /// Starts with the data folder on a disk of so many MiB; `None` where nobody may make one.
+    /// Starts with the data folder on a disk of `size_mib`; `None` without permission to create one.
     #[track_caller]
     pub fn start_on_small_disk(data: &Path, size_mib: u32) -> Option<Self> {
         let alone = |command: &mut Command| {
@@ -183,7 +183,7 @@ impl Server {
         self.wait_for_job(accepted.header("location").expect("a Location"))
     }
 
-    /// Starts a job, demands success, and returns the id of what it made.
+    /// Starts a job, asserts success, and returns the id of its result.
     #[track_caller]
     pub fn result_of(&self, path: &str, body: &Value) -> String {
         let job = self.run_job(path, body);
@@ -213,13 +213,13 @@ impl Server {
         answer.expect(201)["id"].as_str().unwrap().to_owned()
     }
 
-    /// As a power cut would.
+    /// Kills the process.
     pub fn kill(mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    /// Asks it to end, and waits.
+    /// Sends SIGTERM and waits for the end.
     pub fn terminate(mut self) -> ExitStatus {
         assert!(Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap().success());
         self.child.wait().unwrap()
@@ -233,12 +233,12 @@ impl Drop for Server {
     }
 }
 
-/// What it wrote to stderr: beside the data folder, so that a failed test can show it.
+/// File with its stderr, beside the data folder, so that a failed test can show it.
 pub fn log_of(data: &Path) -> PathBuf {
     data.with_extension("log")
 }
 
-/// A capture folder as a zip archive, its pictures stored as they are.
+/// A capture folder as a zip archive, its images stored uncompressed.
 pub fn zip_of(folder: &Path) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);

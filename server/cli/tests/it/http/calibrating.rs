@@ -1,4 +1,4 @@
-//! Looking at the board before a picture is taken, and what a calibration leaves for residual maps.
+//! Board detection before an image is captured, and the stored points of residual maps.
 
 use serde_json::{Value, json};
 
@@ -9,7 +9,7 @@ use crate::common::{copy_of_small, edit_manifest};
 /// Inner corners of the simulated station's board.
 const CORNERS: usize = 88;
 
-/// Sharp corners are found to hundredths of a pixel; a wrong match of corner and board would be off by whole squares.
+/// Sharp corners are located to hundredths of a pixel; a wrong assignment to the board would be off by whole squares.
 const RMS_PX: f64 = 0.1;
 
 #[track_caller]
@@ -41,7 +41,7 @@ fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     assert!(!seen["coverage_cells"].as_array().unwrap().is_empty());
     assert!(seen["sequence"].as_u64() > nothing["sequence"].as_u64());
     let pose = || {
-        // Taken anew for each: on a slow machine the lease of 5 s may have ended.
+        // Control is taken again for each image: on a slow machine the lease of 5 s may have expired.
         let holder = json!({ "holder": "Anna", "take_over": true });
         let control = server.post("/api/v1/station/control", &holder).expect(201);
         let headers = [("sheaf-control", control["id"].as_str().unwrap())];
@@ -50,7 +50,7 @@ fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     pose();
     hold_board(&server, 1);
     let kept = pose();
-    // With this board there would be three: enough for tilt and distance.
+    // With this board there are three images: enough for tilt and distance.
     hold_board(&server, 2);
     let seen = look(&server, id);
     assert!((5.0..35.0).contains(&seen["tilt_deg"].as_f64().unwrap()), "{seen}");
@@ -62,7 +62,7 @@ fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
 }
 
 #[test]
-fn a_calibration_keeps_the_dots_of_its_residual_maps() {
+fn a_calibration_stores_the_points_of_its_residual_maps() {
     let (_folder, server) = fresh();
     let job = json!({ "source": { "kind": "station" }, "n_poses": 6 });
     let id = server.result_of("/api/v1/calibrations", &job);
@@ -71,13 +71,13 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
     let orders: Vec<_> =
         residuals["orders"].as_array().unwrap().iter().map(|order| order["order"].clone()).collect();
     assert_eq!(json!(orders), item["calibration"]["orders"]);
-    // The response has the whole document, as the calibration crate reads and writes it.
+    // The response contains the complete document in the format of the calibration crate.
     let returned = &item["calibration"];
     let document = calibration::CalibrationDocument::parse(&returned.to_string()).unwrap();
     assert_eq!(&serde_json::from_str::<Value>(&document.to_json()).unwrap(), returned);
     assert!(returned["stage"]["straightness"]["sigma_mm"].is_number(), "{returned:#}");
     assert!(returned["report"]["camera"]["termination"].is_string(), "{returned:#}");
-    // The RMS of the dots is the RMS that the record states: they are the same corners.
+    // The RMS of the points equals that of the record: they are the same corners.
     let corners = residuals["corners"].as_array().unwrap();
     let squares = corners.iter().map(|corner| {
         let at = |idx: usize| corner[idx].as_f64().unwrap();
@@ -85,7 +85,7 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
     });
     let rms_px = (squares.sum::<f64>() / corners.len() as f64).sqrt();
     let stated_px = item["summary"]["corner_rms_px"].as_f64().unwrap();
-    // f32 keeps seven digits.
+    // f32 has seven digits.
     assert!((rms_px / stated_px - 1.0).abs() < 1e-4, "{rms_px} px, {stated_px} px");
     for order in residuals["orders"].as_array().unwrap() {
         let poses = order["points"].as_array().unwrap().iter().map(|point| point[0].as_f64().unwrap());
@@ -95,7 +95,7 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
 }
 
 #[test]
-fn a_file_name_in_a_capture_does_not_become_markup_of_the_report() {
+fn file_names_are_escaped_in_the_report() {
     const NAME: &str = "board/<img src=x onerror=alert(1)>.png";
     let folder = copy_of_small();
     edit_manifest(folder.path(), |manifest| {
@@ -111,7 +111,7 @@ fn a_file_name_in_a_capture_does_not_become_markup_of_the_report() {
     let page = String::from_utf8(report.body.clone()).unwrap();
     assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;"), "the name is shown");
     assert!(!page.contains("<img src=x"), "and is no markup");
-    // Opened from a disk there is no header: the file says the same of itself.
+    // A file opened from disk has no HTTP header: the policy is in the file as well.
     assert!(
         page.contains("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'"),
         "{}",

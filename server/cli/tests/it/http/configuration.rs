@@ -1,11 +1,11 @@
-//! `sheaf config`: which value is in force, and who said so.
+//! `sheaf config`: effective values and their origins.
 
 use serde_json::json;
 
 use crate::common::{err, sheaf, sheaf_json};
 
 #[test]
-fn every_value_has_its_origin() {
+fn every_value_is_printed_with_its_origin() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("sheaf.toml"), "[target]\nsquare_mm = 7.5\n").unwrap();
     let data = folder.path().display().to_string();
@@ -20,7 +20,7 @@ fn every_value_has_its_origin() {
 }
 
 #[test]
-fn a_wrong_value_keeps_the_service_from_starting_and_is_named() {
+fn a_wrong_value_is_reported_and_prevents_the_start() {
     let output = sheaf(&["serve", "--set", "station.stage.kind=robot"]);
     assert_eq!(output.status.code(), Some(3), "{}", err(&output));
     for word in ["station.stage.kind", "robot", "twin, replay, grbl"] {

@@ -1,4 +1,4 @@
-//! What is deleted frees its bytes, what is needed stays, and a catalogue that does not know the files is not started on.
+//! Deleting frees disk space and keeps shared artifacts; the server does not start with a catalogue that lacks the files.
 
 use std::collections::BTreeSet;
 use std::io::Write as _;
@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 use crate::common::server::Server;
 use crate::common::{SHEAF, small_capture};
 
-/// Longest time to a sweep on a busy machine.
+/// Longest time until a sweep on a busy machine.
 const SWEPT_WITHIN: Duration = Duration::from_secs(60);
 
-/// Room for a catalogue with its reserve, and for what an upload wants to stay free.
+/// Space for a catalogue with its reserve, and for the free space that an upload requires.
 const DISK_MIB: u32 = 400;
 
 /// The names of all artifacts.
@@ -22,7 +22,7 @@ fn artifacts(data: &Path) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut folders = vec![data.join("artifacts")];
     while let Some(folder) = folders.pop() {
-        // A folder or file may go while it is looked for.
+        // A folder or file may be deleted meanwhile.
         for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             if entry.path().is_dir() {
@@ -54,7 +54,7 @@ fn delete(server: &Server, path: &str) {
 }
 
 #[test]
-fn what_is_deleted_frees_its_bytes_and_what_others_need_stays_over_a_restart() {
+fn deleting_frees_disk_space_and_keeps_shared_artifacts_across_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
@@ -105,7 +105,7 @@ fn what_is_deleted_frees_its_bytes_and_what_others_need_stays_over_a_restart() {
 }
 
 #[test]
-fn on_a_full_disk_a_running_server_deletes_and_has_room_again() {
+fn on_a_full_disk_a_running_server_frees_space_by_deleting() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let Some(server) = Server::start_on_small_disk(&data, DISK_MIB) else {
@@ -113,7 +113,7 @@ fn on_a_full_disk_a_running_server_deletes_and_has_room_again() {
         return;
     };
     let capture = server.upload(&small_capture());
-    // The disk as the server sees it.
+    // The disk in the mount namespace of the server.
     let inside = PathBuf::from(format!("/proc/{}/root", server.pid())).join(data.strip_prefix("/").unwrap());
     let mut fill = std::fs::File::create(inside.join("fill")).unwrap();
     let zeros = vec![0; 1 << 16];
@@ -130,20 +130,20 @@ fn on_a_full_disk_a_running_server_deletes_and_has_room_again() {
     session().expect(201);
     drop(fill);
     std::fs::remove_file(inside.join("fill")).unwrap();
-    // The next sweep makes the reserve again.
+    // The next sweep restores the reserve.
     let session = session().expect(201);
     delete(&server, &format!("/api/v1/calibration-sessions/{}", session["id"].as_str().unwrap()));
     wait_until("the reserve is there", || inside.join("reserve").exists());
 }
 
 #[test]
-fn an_emptied_catalogue_beside_artifacts_is_not_started_on_and_nothing_is_deleted() {
+fn an_empty_catalogue_beside_artifacts_prevents_the_start_and_nothing_is_deleted() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
     server.upload(&small_capture());
     server.terminate();
-    // Opening folds the log into the database.
+    // Opening merges the write-ahead log into the database.
     Server::start(&data, &[]).terminate();
     let there = artifacts(&data);
     let catalogue = data.join("catalogue.sqlite3");

@@ -1,4 +1,4 @@
-//! The browser station as it is served: whole, compressed, kept by browsers, and from nowhere else.
+//! Serving of the page: complete, compressed, cacheable, without external resources.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ fn get(server: &Server, path: &str, headers: &[(&str, &str)]) -> crate::common::
     server.try_send("GET", path, headers, b"").unwrap()
 }
 
-/// Addresses of the scripts and styles that the page names.
+/// Paths of the scripts and styles of the page.
 fn assets(page: &str) -> Vec<String> {
     let named = page.split('"').filter(|part| part.contains("assets/"));
     named.map(|part| format!("/{}", part.trim_start_matches(['.', '/']))).collect()
 }
 
 #[test]
-fn the_page_is_served_with_what_it_names_and_nothing_from_elsewhere() {
+fn the_page_and_its_assets_are_served_without_external_resources() {
     let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../web/dist/index.html");
     assert!(built.is_file(), "the page is not built: run `cargo xtask page`");
     let (_folder, server) = fresh();
@@ -43,7 +43,7 @@ fn the_page_is_served_with_what_it_names_and_nothing_from_elsewhere() {
 }
 
 #[test]
-fn a_page_that_did_not_change_is_not_sent_again() {
+fn an_unchanged_page_is_not_sent_again() {
     let (_folder, server) = fresh();
     let page = get(&server, "/", &[]);
     let etag = page.header("etag").unwrap();
@@ -52,7 +52,7 @@ fn a_page_that_did_not_change_is_not_sent_again() {
 }
 
 #[test]
-fn what_the_page_does_not_have_is_a_problem() {
+fn unknown_paths_of_the_page_are_problems() {
     let (_folder, server) = fresh();
     for path in ["/assets/none.js", "/assets/..%2f..%2fCargo.toml", "/live"] {
         let answer = get(&server, path, &[]);

@@ -1,4 +1,4 @@
-//! Recordings through the real binary: of a live view and of a scan, fetched, looked into, played, and gone again.
+//! Recordings of a live view and of a scan with the real binary: download, inspection, replay, deletion.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use crate::common::{err, out, path, sheaf, sheaf_json, sheaf_ok, small_calibrati
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Somebody in control, however long the test takes.
+/// Takes control for the duration of the test.
 fn controlled(server: &Server) -> String {
     let taken = server.post("/api/v1/station/control", &json!({ "holder": "Anna", "take_over": true }));
     taken.expect(201)["id"].as_str().unwrap().to_owned()
@@ -55,7 +55,7 @@ pub fn recorded_live_view(server: &Server) -> Value {
     begun["id"].clone()
 }
 
-/// The file of a recording, fetched.
+/// Downloads the file of a recording.
 fn fetched(server: &Server, recording: &Value, folder: &Path) -> PathBuf {
     let file = server.get(recording["file"].as_str().expect("a file"));
     assert_eq!(file.status, 200);
@@ -98,7 +98,7 @@ fn a_live_view_is_recorded_fetched_in_ranges_and_deleted_with_its_bytes() {
     assert_eq!(recorded.frames.len() as u64, ended["n_frames"].as_u64().unwrap());
     assert_eq!((recorded.header.name.as_str(), recorded.is_complete), ("morning", true));
     assert!(recorded.frames.last().unwrap().note.sequence >= before_stop, "the newest frames are in it");
-    // Exposed is recorded and lost, frame by frame.
+    // Every exposure is either recorded or lost.
     let mut next = recorded.frames[0].note.sequence;
     for frame in &recorded.frames {
         assert_eq!(
@@ -138,7 +138,7 @@ fn a_live_view_is_recorded_fetched_in_ranges_and_deleted_with_its_bytes() {
     }
 }
 
-/// Whether a file of that size lies below.
+/// Whether `folder` contains a file of this size.
 fn find(folder: &Path, size_bytes: u64) -> bool {
     std::fs::read_dir(folder).unwrap().flatten().any(|entry| {
         let path = entry.path();
@@ -167,12 +167,12 @@ fn a_recording_ends_with_its_live_view_and_with_the_service() {
     server.terminate();
     let server = Server::start(&folder.path().join("data"), &[]);
     let ended = server.get(&href).expect(200);
-    // Whichever was first: the last stop ends the live view, too.
+    // The last stop also ends the live view.
     assert_eq!(ended["state"], "complete", "{ended:#}");
     assert!(["live_ended", "service_ended"].contains(&ended["ended"].as_str().unwrap()), "{ended:#}");
 }
 
-/// A server over a station that plays a recording.
+/// A server with a station that replays a recording.
 fn playing(file: &Path) -> (TempDir, Server) {
     let folder = TempDir::new().unwrap();
     let recording = format!("station.replay.recording={}", file.display());
@@ -198,7 +198,7 @@ fn cloud(server: &Server, scan_id: &str) -> Vec<u8> {
     cloud.body
 }
 
-/// A recording of a scan of the small capture's gauge, made by a station that plays the capture; with its cloud.
+/// A recording of a scan of the gauge in the small capture, made by a station that replays the capture, with its cloud.
 fn recorded_scan(mode: &str, folder: &Path) -> (PathBuf, Vec<u8>) {
     let kinds = "[station]\ncamera.kind = \"replay\"\nstage.kind = \"replay\"\nlaser.kind = \"replay\"\n";
     let file =
@@ -221,7 +221,7 @@ fn recorded_scan(mode: &str, folder: &Path) -> (PathBuf, Vec<u8>) {
 }
 
 #[test]
-fn a_recorded_scan_is_exported_and_played_and_gives_its_cloud_bit_by_bit() {
+fn an_exported_and_a_replayed_recording_reproduce_the_cloud_bit_by_bit() {
     let folder = TempDir::new().unwrap();
     for mode in ["stop_and_go", "continuous"] {
         let (file, expected) = recorded_scan(mode, folder.path());
@@ -252,7 +252,7 @@ fn a_recorded_scan_is_exported_and_played_and_gives_its_cloud_bit_by_bit() {
 }
 
 #[test]
-fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
+fn recordings_are_inspected_and_truncated_ones_repaired() {
     let folder = TempDir::new().unwrap();
     let (file, _) = recorded_scan("stop_and_go", folder.path());
     let (info, code) = sheaf_json(&["recording", "info", file.to_str().unwrap()]);
@@ -266,7 +266,7 @@ fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     let text = out(&sheaf_ok(&["recording", "info", file.to_str().unwrap()]));
     assert!(text.contains("lossy         no") && text.contains("/camera/image"), "{text}");
 
-    // Broken off in the middle of a record.
+    // Truncated in the middle of a record.
     let bytes = std::fs::read(&file).unwrap();
     let broken = path(folder.path(), "broken.mcap");
     std::fs::write(&broken, &bytes[..bytes.len() / 2]).unwrap();

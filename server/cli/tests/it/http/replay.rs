@@ -11,10 +11,10 @@ use tokio_tungstenite::tungstenite::{Message, connect};
 use crate::common::server::Server;
 use crate::common::{err, path, sheaf, sheaf_ok, small_calibration, small_capture};
 
-/// Where the header of a profile says how many points it has.
+/// Offset of the number of points in the header of a profile.
 const N_POINTS_AT: usize = 40;
 
-/// All three devices are the recording's.
+/// All three devices are replayed.
 const REPLAY: [&str; 6] = [
     "--set",
     "station.camera.kind=replay",
@@ -24,12 +24,12 @@ const REPLAY: [&str; 6] = [
     "station.laser.kind=replay",
 ];
 
-/// A station that plays the gauge of the small capture, each layer of the configuration saying its part.
+/// A station that replays the gauge of the small capture, configured partly in each layer.
 fn replaying(capture: &Path) -> (TempDir, Server) {
     playing(capture, true)
 }
 
-/// The same from memory, or from its files as they are read.
+/// The same, preloaded into memory or read from its files.
 fn playing(capture: &Path, preload: bool) -> (TempDir, Server) {
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
@@ -52,7 +52,7 @@ fn calibrate(server: &Server, capture: &Path) -> String {
     id
 }
 
-/// The next live profile with points: how many, and where it was taken.
+/// The next live profile with points: number of points and stage position.
 fn next_profile(server: &Server) -> (u32, f64) {
     let mut request = format!("ws://{}/api/v1/stream", server.address()).into_client_request().unwrap();
     request.headers_mut().insert("Sec-WebSocket-Protocol", "sheaf.v1".parse().unwrap());
@@ -77,7 +77,7 @@ fn recorded_mm(capture: &Path) -> Vec<f64> {
 }
 
 #[test]
-fn a_replayed_capture_is_a_station_and_its_scan_is_that_of_the_capture_bit_by_bit() {
+fn a_scan_of_a_replayed_capture_equals_that_of_the_capture_bit_by_bit() {
     let capture = small_capture();
     let positions_mm = recorded_mm(&capture);
     let (folder, server) = replaying(&capture);
@@ -132,7 +132,7 @@ fn a_replayed_capture_is_a_station_and_its_scan_is_that_of_the_capture_bit_by_bi
 }
 
 #[test]
-fn a_sweep_over_a_recording_read_from_its_files_takes_every_recorded_frame_in_order_there_and_back() {
+fn a_continuous_scan_over_a_replay_takes_every_frame_in_order_forwards_and_backwards() {
     let capture = small_capture();
     let positions_mm = recorded_mm(&capture);
     let (_folder, server) = playing(&capture, false);
@@ -151,14 +151,14 @@ fn a_sweep_over_a_recording_read_from_its_files_takes_every_recorded_frame_in_or
     };
     let there = sweep(first_mm, last_mm);
     sweep(last_mm, first_mm);
-    // The same frames in the same order row by row: the same cloud.
+    // The same frames in the same order give the same cloud.
     let rows = json!({ "source": { "kind": "station" }, "name": "gauge", "from_mm": first_mm, "to_mm": last_mm });
     let id = server.result_of("/api/v1/scans", &rows);
     assert!(there == server.get(&format!("/api/v1/scans/{id}/cloud?format=ply")).body, "the clouds differ");
 }
 
 #[test]
-fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
+fn actions_that_a_replay_does_not_support_are_refused_with_a_remedy() {
     let capture = small_capture();
     let (_folder, server) = replaying(&capture);
     calibrate(&server, &capture);
@@ -175,12 +175,12 @@ fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
 }
 
 #[test]
-fn a_replay_station_without_its_folder_says_what_is_missing() {
+fn a_replay_station_without_its_folder_reports_the_missing_folder() {
     let unset = sheaf(&[&["serve"], &REPLAY[..]].concat());
     assert_eq!(unset.status.code(), Some(3), "{}", err(&unset));
     assert!(err(&unset).contains("set station.replay.folder"), "{}", err(&unset));
 
-    // A folder that is not there may come with a disk that is plugged in later: the service starts and says so.
+    // A missing folder may be on a disk that is mounted later: the service starts and reports it.
     let folder = TempDir::new().unwrap();
     let set = format!("station.replay.folder={}", path(folder.path(), "nowhere"));
     let server = Server::start(&folder.path().join("data"), &[&REPLAY[..], &["--set", &set]].concat());

@@ -1,4 +1,4 @@
-//! Stop is final: over restarts, for what waits, from a client that goes away, and on the live stream.
+//! Stop latches: across restarts, for queued jobs, if the client disconnects, and over the live stream.
 
 use std::io::Write as _;
 use std::net::TcpStream;
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use super::fresh;
 use crate::common::server::Server;
 
-/// Long enough for a queue that runs on to show itself.
+/// Long enough to detect a queue that continues.
 const WATCHED: Duration = Duration::from_millis(600);
 
 fn take_control(server: &Server, holder: &str) -> String {
@@ -29,7 +29,7 @@ fn calibrate(server: &Server) -> crate::common::server::Answer {
     server.post("/api/v1/calibrations", &json!({ "source": { "kind": "station" } }))
 }
 
-/// Neither light nor motion, looked at again and again.
+/// Asserts repeatedly that laser and motion are off.
 #[track_caller]
 fn expect_still(server: &Server) {
     let begun = Instant::now();
@@ -42,7 +42,7 @@ fn expect_still(server: &Server) {
 }
 
 #[test]
-fn after_stop_nothing_is_accepted_before_a_reset_not_even_after_kill_and_restart() {
+fn after_stop_everything_is_refused_until_a_reset_even_after_a_kill_and_restart() {
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
@@ -72,7 +72,7 @@ fn after_stop_nothing_is_accepted_before_a_reset_not_even_after_kill_and_restart
 }
 
 #[test]
-fn a_stop_whose_client_vanishes_empties_the_queue() {
+fn a_stop_whose_client_disconnects_empties_the_queue() {
     let (_folder, server) = fresh();
     for round in 0..6_u64 {
         for _ in 0..8 {
@@ -91,7 +91,7 @@ fn a_stop_whose_client_vanishes_empties_the_queue() {
         while server.get("/api/v1/station").expect(200)["state"] != "Halted" {
             assert!(begun.elapsed() < Duration::from_secs(10), "not stopped in round {round}");
         }
-        // What the stop had under way may still be on its way to rest.
+        // The stage may still be decelerating.
         while server.get("/api/v1/station").expect(200)["stage"]["moving"] == true {
             assert!(begun.elapsed() < Duration::from_secs(10), "still moving in round {round}");
         }
@@ -106,7 +106,7 @@ fn a_stop_whose_client_vanishes_empties_the_queue() {
 }
 
 #[test]
-fn while_somebody_is_in_control_nobody_else_starts_or_ends_what_needs_the_station() {
+fn jobs_that_need_the_station_are_started_and_cancelled_only_by_the_holder_of_control() {
     let (_folder, server) = fresh();
     let anna = take_control(&server, "Anna");
     let refused = calibrate(&server).expect(409);
@@ -122,7 +122,7 @@ fn while_somebody_is_in_control_nobody_else_starts_or_ends_what_needs_the_statio
 }
 
 #[test]
-fn a_lease_that_ran_out_is_called_expired() {
+fn an_expired_lease_is_reported_as_expired() {
     let (_folder, server) = fresh();
     let anna = take_control(&server, "Anna");
     let begun = Instant::now();
@@ -141,7 +141,7 @@ fn a_lease_that_ran_out_is_called_expired() {
 }
 
 #[test]
-fn live_light_goes_out_within_seconds_of_the_last_viewer() {
+fn the_live_laser_turns_off_within_seconds_of_the_last_viewer() {
     let (_folder, server) = fresh();
     let control = take_control(&server, "Anna");
     let hers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
@@ -153,7 +153,7 @@ fn live_light_goes_out_within_seconds_of_the_last_viewer() {
         assert!(begun.elapsed() < Duration::from_secs(10), "the laser did not turn on");
     }
     while lit() {
-        // Promised are 5 s; the busy machine of a test may be late, 30 s would be the end of the view.
+        // 5 s are promised; the limit allows for a busy machine and is below the 30 s after which the live view ends.
         assert!(begun.elapsed() < Duration::from_secs(15), "still lit without a viewer");
         std::thread::sleep(Duration::from_millis(100));
     }

@@ -1,28 +1,28 @@
-//! A session with every kind of board that a station can have: begun, gathered, solved, and a part measured by it.
+//! A calibration session with every kind of board: captured, calibrated, and a part measured.
 //!
-//! What this does not show: boards that were printed and held by people.
+//! Not shown here: printed boards held by hand.
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::common::server::Server;
 
-/// Poses of the board at rest: what the page wants at least.
+/// Poses of the board with the stage at rest: the minimum of the page.
 const POSES: usize = 8;
 
-/// Where the stage carries the board to be seen.
+/// Stage positions of the stage views.
 const STAGE_MM: [f64; 3] = [-20.0, 0.0, 20.0];
 
-struct Session {
-    server: Server,
-    id: String,
+pub(super) struct Session {
+    pub server: Server,
+    pub id: String,
     _folder: TempDir,
 }
 
 impl Session {
-    /// On a simulated station with these settings.
+    /// A session on a simulated station with these settings.
     #[track_caller]
-    fn begun(settings: &[&str]) -> Self {
+    pub fn begun(settings: &[&str]) -> Self {
         let folder = TempDir::new().unwrap();
         let arguments: Vec<&str> = settings.iter().flat_map(|setting| ["--set", setting]).collect();
         let server = Server::start(&folder.path().join("data"), &arguments);
@@ -31,7 +31,7 @@ impl Session {
     }
 
     #[track_caller]
-    fn get(&self) -> Value {
+    pub fn get(&self) -> Value {
         self.server.get(&format!("/api/v1/calibration-sessions/{}", self.id)).expect(200)
     }
 
@@ -40,10 +40,10 @@ impl Session {
         self.server.put("/api/v1/simulation/board", place).expect(204);
     }
 
-    /// Takes a picture, in control.
+    /// Captures an image while in control.
     #[track_caller]
     fn take(&self, what: &str, body: &Value) -> Value {
-        // Taken anew for each: on a slow machine the lease of 5 s may have ended.
+        // Control is taken again for each image: on a slow machine the lease of 5 s may have expired.
         let holder = json!({ "holder": "Anna", "take_over": true });
         let control = self.server.post("/api/v1/station/control", &holder).expect(201);
         let headers = [("sheaf-control", control["id"].as_str().unwrap()), ("content-type", "application/json")];
@@ -54,9 +54,9 @@ impl Session {
         session
     }
 
-    /// Gathers all pictures, each with all of the board's points.
+    /// Captures all images, each with all points of the board.
     #[track_caller]
-    fn gather(&self, n_points: usize) {
+    pub fn gather(&self, n_points: usize) {
         for pose in 0..POSES {
             self.hold_board(&json!({ "place": "pose", "pose": pose }));
             let session = self.take("poses", &Value::Null);
@@ -70,27 +70,34 @@ impl Session {
         self.hold_board(&json!({ "place": "away" }));
     }
 
-    /// Solves and activates; the calibration.
+    /// Calibrates and activates the result; returns the calibration.
     #[track_caller]
-    fn solve(&self) -> Value {
+    pub fn solve(&self) -> Value {
         let id = self.server.result_of(&format!("/api/v1/calibration-sessions/{}/solve", self.id), &json!({}));
         self.server.get(&format!("/api/v1/calibrations/{id}")).expect(200)
     }
 
-    /// Scans what is on the stage and measures it: value and U.
+    /// Scans the part on the stage and measures it: value and U.
     #[track_caller]
     fn measured(&self, calibration: &Value, tool: &str) -> (f64, f64) {
+        self.measured_over(8.0, calibration, tool).1
+    }
+
+    /// The same over `half_mm` of travel to both sides; also returns the id of the scan.
+    #[track_caller]
+    pub fn measured_over(&self, half_mm: f64, calibration: &Value, tool: &str) -> (String, (f64, f64)) {
         let scan = json!({ "source": { "kind": "station" }, "calibration_id": calibration["id"],
-            "from_mm": -8.0, "to_mm": 8.0, "step_mm": 0.5, "measure": [{ "tool": tool }] });
+            "from_mm": -half_mm, "to_mm": half_mm, "step_mm": 0.5, "measure": [{ "tool": tool }] });
         let id = self.server.result_of("/api/v1/scans", &scan);
         let list = self.server.get(&format!("/api/v1/scans/{id}/measurements")).expect(200);
         let result = &list["items"][0]["result"];
         let number = |name: &str| result[name].as_f64().unwrap_or_else(|| panic!("{result:#}"));
-        (number("value"), number("expanded_uncertainty"))
+        let measured = (number("value"), number("expanded_uncertainty"));
+        (id, measured)
     }
 }
 
-/// `truth`: what the simulated station's part measures, and by which tool.
+/// `truth`: the true size of the simulated part, measured with `tool`.
 #[track_caller]
 fn check(settings: &[&str], n_points: usize, tool: &str, truth: f64) {
     let session = Session::begun(settings);
@@ -142,7 +149,7 @@ fn a_station_with_a_charuco_board_is_calibrated_and_measures_the_block() {
 }
 
 #[test]
-fn a_board_that_cannot_be_is_refused_where_it_is_wrong() {
+fn an_impossible_board_is_refused_with_its_setting() {
     let session = Session::begun(&[]);
     let refused = |target: Value| {
         let problem =

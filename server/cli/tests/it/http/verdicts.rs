@@ -1,4 +1,4 @@
-//! One verdict on a part, the same in every list; limits kept by the server; a bad verification is no silent consent.
+//! The verdict on a part in all lists, the measurement plan, activation after a failed verification.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use super::fresh;
 use crate::common::server::Server;
 use crate::common::small_capture;
 
-/// A server with a capture that was calibrated; the ids of capture and calibration.
+/// Uploads and calibrates a capture; returns the ids of capture and calibration.
 fn calibrated(server: &Server) -> (String, String) {
     let capture_id = server.upload(&small_capture());
     let source = json!({ "kind": "capture", "capture_id": capture_id });
@@ -25,7 +25,7 @@ fn found(server: &Server, query: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_part_has_one_verdict_the_worst_of_its_newest_and_lists_find_it() {
+fn the_verdict_on_a_part_is_the_worst_of_its_newest_and_filters_lists() {
     let (_folder, server) = fresh();
     let (capture_id, calibration_id) = calibrated(&server);
     let asked = json!([
@@ -41,11 +41,11 @@ fn a_part_has_one_verdict_the_worst_of_its_newest_and_lists_find_it() {
         scan["characteristics"].as_array().unwrap().iter().map(|one| one["verdict"].clone()).collect();
     assert_eq!(shown, ["not_ok", "ok"], "newest first");
 
-    // The good one again, later: the bad one stands.
+    // The good characteristic again: the bad one still determines the verdict.
     let measure = |request: Value| server.post(&format!("{url}/measurements"), &request).expect(201);
     measure(json!({ "tool": "step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "not_ok");
-    // Without limits: nothing is taken back.
+    // A measurement without limits does not replace a verdict.
     measure(json!({ "tool": "step", "name": "second step" }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "not_ok");
 
@@ -56,14 +56,14 @@ fn a_part_has_one_verdict_the_worst_of_its_newest_and_lists_find_it() {
     assert_eq!(found(&server, "verdict=ok"), [""; 0]);
     assert_eq!(found(&server, "purpose=production&limit=1"), [plain.as_str()]);
 
-    // Measured anew within limits: the part is good.
+    // Measured again within its limits: the part is OK.
     measure(json!({ "tool": "step", "name": "second step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "ok");
     assert_eq!(found(&server, "verdict=ok"), [part.as_str()]);
 }
 
 #[test]
-fn what_cannot_be_measured_is_invalid_and_the_scan_stays() {
+fn an_unmeasurable_characteristic_is_invalid_and_the_scan_is_kept() {
     let (_folder, server) = fresh();
     let (capture_id, calibration_id) = calibrated(&server);
     let nowhere = json!([900.0, 900.0, 900.0, 901.0, 901.0, 901.0]);
@@ -76,7 +76,7 @@ fn what_cannot_be_measured_is_invalid_and_the_scan_stays() {
     let note = recorded["result"]["notes"][0].as_str().unwrap();
     assert!(note.starts_with("not measurable: ") && note.contains("points"), "{note}");
     assert_eq!(found(&server, "verdict=invalid"), [id.as_str()]);
-    // By hand alike; without limits it is an error and no verdict.
+    // The same for a manual measurement; without limits it is an error.
     let url = format!("/api/v1/scans/{id}/measurements");
     let by_hand = json!({ "tool": "step", "nominal_mm": 5.0, "tolerance_mm": 0.1, "region_mm": nowhere });
     assert_eq!(server.post(&url, &by_hand).expect(201)["result"]["verdict"], "invalid");
@@ -84,7 +84,7 @@ fn what_cannot_be_measured_is_invalid_and_the_scan_stays() {
 }
 
 #[test]
-fn impossible_measurements_are_refused_before_anything_is_scanned() {
+fn impossible_measurements_are_refused_before_scanning() {
     let (_folder, server) = fresh();
     let refused = |measure: Value, place: &str| {
         let body = json!({ "source": { "kind": "station" }, "from_mm": 0, "to_mm": 1, "measure": measure });
@@ -97,7 +97,7 @@ fn impossible_measurements_are_refused_before_anything_is_scanned() {
 }
 
 #[test]
-fn the_measurement_plan_is_kept_by_the_server_and_changed_by_one_person_at_a_time() {
+fn the_measurement_plan_is_stored_and_protected_against_lost_updates() {
     let (folder, server) = fresh();
     let url = "/api/v1/measurement-plan";
     let first = server.get(url);
@@ -127,7 +127,7 @@ fn the_measurement_plan_is_kept_by_the_server_and_changed_by_one_person_at_a_tim
 }
 
 #[test]
-fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
+fn a_calibration_with_a_failed_verification_is_activated_only_with_confirmation() {
     let (_folder, server) = fresh();
     let (capture_id, calibration_id) = calibrated(&server);
     let verify = |nominal_mm: f64| {
@@ -152,7 +152,7 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     let events = server.get("/api/v1/events").expect(200);
     let event = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "calibration.activated");
     assert_eq!(event.unwrap()["body"]["verification"], "not_ok", "{events}");
-    // A newer, good one asks for nothing.
+    // A newer passed verification needs no confirmation.
     verify(8.9);
     activate(false).expect(200);
 }

@@ -1,18 +1,18 @@
-//! Over HTTP, the simulated station calibrates itself and measures parts as well as the processing core does, and the
-//! server's clouds are those of the command line, byte by byte.
+//! Over HTTP, the simulated station is calibrated and measures parts as accurately as the processing core, and the clouds
+//! of the server equal those of the command line byte by byte.
 
 use crate::common::server::Server;
 use crate::common::{path, sheaf_ok};
 use serde_json::{Value, json};
 
-/// Largest error of the gauge's height: the processing core's figure.
+/// Maximum error of the gauge height: that of the processing core.
 const GAUGE_WITHIN_MM: f64 = 0.008;
 
-/// Largest error of the ball's radius: the processing core's figure.
+/// Maximum error of the ball radius: that of the processing core.
 const SPHERE_WITHIN_MM: f64 = 0.010;
 
 #[test]
-fn over_http_the_twin_is_calibrated_and_gauge_and_sphere_measure_true() {
+fn over_http_the_twin_is_calibrated_and_gauge_and_sphere_are_measured_accurately() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(&folder.path().join("data"), &[]);
     let calibration = server.result_of("/api/v1/calibrations", &json!({ "source": { "kind": "station" } }));
@@ -29,7 +29,7 @@ fn over_http_the_twin_is_calibrated_and_gauge_and_sphere_measure_true() {
     check(&server, &gauge, &tool, GAUGE_WITHIN_MM);
 }
 
-/// The measured value is within `within_mm` of the nominal one, which is the truth, and within its own uncertainty.
+/// Asserts that the measured value is within `within_mm` of the nominal one, which is the truth, and within U.
 #[track_caller]
 fn check(server: &Server, scan: &str, tool: &Value, within_mm: f64) {
     let made = server.post(&format!("/api/v1/scans/{scan}/measurements"), tool).expect(201);
@@ -53,7 +53,7 @@ fn find(value: &Value, name: &str) -> Option<f64> {
 }
 
 #[test]
-fn the_servers_cloud_is_the_command_lines_byte_by_byte_for_any_number_of_threads() {
+fn the_cloud_of_the_server_equals_that_of_the_command_line_for_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let capture = crate::common::small_capture();
     let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "gauge.ply"));

@@ -1,7 +1,7 @@
-//! Two lines that cross, from pictures to a cloud, with truth.
+//! Two crossing lines, from images to a cloud, compared with ground truth.
 //!
-//! The pictures are those of two simulated stations with one camera, board, part and stage, whose planes of light run along
-//! rows and along columns. What this does not show: lines that are far from rows and columns.
+//! The images are those of two simulated stations with the same camera, board, part and stage, whose light planes run along
+//! rows and along columns. Not shown here: lines far from the directions of rows and columns.
 
 use crate::common::{copy_of_small, edit_manifest, err, sheaf};
 use crate::rigs::lasers::{capture_of, check_lines, switched_of};
@@ -15,7 +15,7 @@ use vision::LineDirection;
 
 const DIRECTIONS: [LineDirection; 2] = [LineDirection::Rows, LineDirection::Columns];
 
-/// A station whose light is one plane; the stage moves askew to both lines, so that each sweeps the part.
+/// A station whose light is one plane; the stage moves obliquely to both lines, so that each sweeps the part.
 fn station(line_direction: LineDirection) -> StationModel {
     let shape =
         StationShape { width_px: 960, height_px: 768, orders: vec![0], line_direction, ..StationShape::default() };
@@ -29,7 +29,7 @@ fn station(line_direction: LineDirection) -> StationModel {
 #[test]
 fn a_cross_is_calibrated_and_scans() {
     let folder = capture_of(&DIRECTIONS.map(station), Projector::Cross(CrossProjector::default()));
-    // Every picture is two frames, one for each line.
+    // Every image gives two frames, one per line.
     check_lines(&folder, &DIRECTIONS, 2, &station(LineDirection::Rows));
     crate::commands::schemas::follows("capture", &folder.path().join("0/capture.json"));
     let points = read_cloud(folder.path().join("gauge.ply").as_path()).unwrap().points;
@@ -44,7 +44,7 @@ fn a_cross_whose_lines_are_lit_one_by_one_is_calibrated_and_scans() {
 }
 
 #[test]
-fn what_does_not_fit_a_cross_is_named() {
+fn entries_that_contradict_a_cross_are_reported() {
     for (projector, words) in [
         (json!({ "kind": "cross", "line_direction": "rows" }), "projector.line_direction"),
         (json!({ "kind": "cross", "lines": 3 }), "projector.lines"),

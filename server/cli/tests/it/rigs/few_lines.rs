@@ -1,11 +1,11 @@
-//! A narrow field, in which hardly a picture shows all lines: calibrated from pictures, with truth.
+//! A narrow field in which hardly any image shows all lines: calibrated from images and compared with ground truth.
 
 use std::fs::File;
 use std::process::{Command, Stdio};
 
 use crate::common::{SHEAF, path, sheaf_json, sheaf_ok};
 
-/// Systematic depth error: its own σ is 13 µm at so narrow a field, three of them.
+/// Maximum systematic depth error: three times its σ of 13 µm in so narrow a field.
 const SYSTEMATIC_MM: f64 = 0.039;
 
 /// The z column of a table with a header.
@@ -15,7 +15,7 @@ fn depths_mm(csv: &str) -> Vec<f64> {
     lines.map(|line| line.split(',').nth(column).unwrap().parse().unwrap()).collect()
 }
 
-/// Renders a station of ±40 mm, calibrates it, and gives its depth errors on the true pixels to the bound.
+/// Renders a station with a field of ±40 mm, calibrates it, and checks its depth errors on noise-free pixels.
 fn check(seed: &str) {
     let folder = tempfile::tempdir().unwrap();
     let (capture, calibration) = (path(folder.path(), "capture"), path(folder.path(), "cal.json"));
@@ -52,11 +52,11 @@ fn check(seed: &str) {
 }
 
 #[test]
-fn five_lines_of_which_no_picture_shows_all_are_calibrated() {
+fn five_lines_are_calibrated_although_no_image_shows_all() {
     check("3");
 }
 
 #[test]
-fn five_lines_of_which_one_is_on_no_board_are_calibrated() {
+fn five_lines_are_calibrated_although_one_misses_every_board() {
     check("2");
 }

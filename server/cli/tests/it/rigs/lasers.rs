@@ -1,7 +1,7 @@
-//! Free lasers from pictures to a cloud: one and two of them, calibrated and scanned from the command line, with truth.
+//! One and two lasers without a grating, calibrated and scanned with the command line and compared with ground truth.
 //!
-//! The pictures are the simulated station's: order 0 of a grating is a plane. The second laser is a second station
-//! with the same camera, boards, parts and stage, whose light is added picture by picture.
+//! The images are those of the simulated station: order 0 of a grating is a plane. The second laser is a second station
+//! with the same camera, boards, parts and stage, whose light is added image by image.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -16,20 +16,20 @@ use tempfile::TempDir;
 use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, capture_folder};
 use vision::{GreyImage, LineDirection, Pixels};
 
-/// The lasers stand this far apart, as angles about the camera's x axis.
+/// Angle between the lasers about the x axis of the camera.
 const APART_RAD: f64 = 0.09;
-/// Median of a point's depth error, in its own σ: a Gaussian's is 0.67.
+/// Maximum median of the depth error in σ; that of a Gaussian is 0.67.
 const MEDIAN_SIGMAS: f64 = 1.0;
-/// A point this far from the truth in depth has the wrong line or none: ten times the noise of a point.
+/// Depth error from which a point has the wrong line or none: ten times the noise.
 const WRONG_MM: f64 = 1.0;
 /// Fraction of the true points that must be found.
 const RECALL: f64 = 0.95;
-/// Points of truth and cloud are compared where they are this close along the line.
+/// Maximum distance along the line between compared points of truth and cloud.
 const SAME_COLUMN_PX: f64 = 0.5;
-/// … and across it: three widths of a line.
+/// Maximum distance across the line: three line widths.
 const SAME_LINE_PX: f64 = 6.0;
 
-/// A station whose light is one plane, turned about the camera's x axis by `turn_rad`.
+/// A station whose light is one plane, rotated about the x axis of the camera by `turn_rad`.
 fn station(turn_rad: f64) -> StationModel {
     let shape = StationShape { width_px: 960, height_px: 768, orders: vec![0], ..StationShape::default() };
     let mut model = StationModel::seeded(11, &shape).unwrap();
@@ -64,7 +64,7 @@ fn capture(turns_rad: &[f64]) -> TempDir {
     capture_of(&models, Projector::Planes(planes))
 }
 
-/// A capture whose pictures show the light of all stations, line by line.
+/// A capture whose images show the light of all stations.
 pub(super) fn capture_of(models: &[StationModel], projector: Projector) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (line, model) in models.iter().enumerate() {
@@ -91,14 +91,14 @@ fn added(a: &GreyImage, b: &GreyImage) -> GreyImage {
     GreyImage::new(a.width(), a.height(), Pixels::Eight(sum)).unwrap()
 }
 
-/// The same with lasers that are lit one by one: each has pictures of its own.
+/// The same with lasers that are switched on one at a time, each with its own images.
 fn switched(turns_rad: &[f64]) -> TempDir {
     let models: Vec<StationModel> = turns_rad.iter().copied().map(station).collect();
     let planes = PlanesProjector { lines: models.len(), line_direction: None, switched: true };
     switched_of(&models, Projector::Planes(planes))
 }
 
-/// A capture in which the light of each station has pictures of its own.
+/// A capture in which each station has its own laser images.
 pub(super) fn switched_of(models: &[StationModel], projector: Projector) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (line, model) in models.iter().enumerate() {
@@ -134,12 +134,12 @@ pub(super) fn switched_of(models: &[StationModel], projector: Projector) -> Temp
     folder
 }
 
-/// Calibrates and scans, and holds every point against the truth of its frame and line; `per_row`: frames of a row.
+/// Calibrates and scans, and compares every point with the truth of its frame and line; `per_row`: frames per row.
 fn check(folder: &TempDir, turns_rad: &[f64], per_row: u32) {
     check_lines(folder, &vec![LineDirection::Rows; turns_rad.len()], per_row, &station(0.0));
 }
 
-/// The same for lines that run along these directions; `station`: whose stage it is.
+/// The same for lines along these directions; `station` provides the stage.
 pub(super) fn check_lines(folder: &TempDir, directions: &[LineDirection], per_row: u32, station: &StationModel) {
     let capture = path(folder.path(), "0");
     let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "gauge.ply"));
@@ -150,7 +150,7 @@ pub(super) fn check_lines(folder: &TempDir, directions: &[LineDirection], per_ro
     let points = read_cloud(Path::new(&cloud)).unwrap().points;
     let mut by_line: BTreeMap<(u32, i8), Vec<[f64; 4]>> = BTreeMap::new();
     for point in points {
-        // The stage moves along y: depths of the part frame are those of the camera's, but for its slant.
+        // The stage moves along y: depths in the part frame equal those in the camera frame except for its tilt.
         let at = [f64::from(point.u_px), f64::from(point.v_px), point.z_mm, f64::from(point.sigma_mm)];
         by_line.entry((point.frame / per_row, point.order)).or_default().push(at);
     }
@@ -200,7 +200,7 @@ fn two_free_lasers_are_calibrated_and_scan() {
 
 #[test]
 fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
-    // Numbered from the bottom of the image upwards: by their places each would be taken for the other.
+    // Numbered from the bottom upwards: by position they would be swapped.
     let turns_rad = [-APART_RAD / 2.0, APART_RAD / 2.0];
     let folder = switched(&turns_rad);
     check(&folder, &turns_rad, 2);
@@ -219,7 +219,7 @@ fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
 }
 
 #[test]
-fn lasers_without_a_grating_have_no_model_of_one() {
+fn grating_models_are_refused_for_lasers_without_a_grating() {
     let folder = capture(&[0.0]);
     let capture = path(folder.path(), "0");
     let output = path(folder.path(), "cal.json");
@@ -229,7 +229,7 @@ fn lasers_without_a_grating_have_no_model_of_one() {
 }
 
 #[test]
-fn a_missing_entry_is_named_with_what_to_write_instead() {
+fn a_missing_entry_is_reported_with_the_entry_to_write() {
     let folder = crate::common::copy_of_small();
     crate::common::edit_manifest(folder.path(), |manifest| manifest["projector"] = json!({ "orders": [0] }));
     let output = sheaf(&["calibrate", folder.path().to_str().unwrap(), "-o", "x.json", "-q"]);

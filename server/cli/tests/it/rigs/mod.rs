@@ -1,4 +1,4 @@
-//! Whole rigs from pictures to figures, held to their truth.
+//! Complete rigs, from images to results, compared with ground truth.
 
 pub mod accuracy;
 pub mod cross;

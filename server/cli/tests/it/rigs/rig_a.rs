@@ -1,5 +1,5 @@
-//! The reference station end to end: pictures in, figures out, compared with its truth. The bounds are the product's
-//! promises; the figures are printed.
+//! The reference station end to end: results from its images, compared with ground truth. The limits are those promised;
+//! the figures are printed.
 //!
 //! Not shown here: other stations; those are rendered in the tests of the crates.
 
@@ -20,21 +20,21 @@ const CAMERA_RMS_PX: f64 = 0.030;
 const FOCAL_ERROR: f64 = 2e-4;
 /// Error of the principal point.
 const PRINCIPAL_POINT_PX: f64 = 0.5;
-/// No parameter may be farther from truth than this many of its own σ.
+/// Maximum error of a parameter in its σ.
 const SIGMAS: f64 = 2.5;
 /// Systematic depth error of `grating`: the joint Cramér–Rao bound at 0.021 px per corner axis.
 const SYSTEMATIC_MM: f64 = 0.020;
-/// Systematic depth error of `planes`: 0.455 mm by an independent chain; the bow of the lines, not noise.
+/// Systematic depth error of `planes`: 0.455 mm in an independent implementation; caused by line curvature, not noise.
 const PLANES_SYSTEMATIC_MM: (f64, f64) = (0.40, 0.51);
 /// Noise part of a scanned point's depth error.
 const POINT_NOISE_MM: f64 = 0.032;
-/// Fraction of the visible line columns that must be found.
+/// Minimum fraction of the visible line columns that are detected.
 const RECALL: f64 = 0.97;
-/// A point this far across the line from its true row is not on the line: three widths of it.
+/// Distance across the line from which a point is not on it: three line widths.
 const ON_LINE_PX: f64 = 6.0;
-/// Fraction of the points that may lie on no surface.
+/// Maximum fraction of points on no surface.
 const STRAY_FRACTION: f64 = 1e-3;
-/// A point this far from every surface lies on none: seven times the noise of a point.
+/// Distance from all surfaces from which a point is on none: seven times its noise.
 const STRAY_MM: f64 = 0.15;
 /// Error of the gauge height.
 const GAUGE_MM: f64 = 0.008;
@@ -44,8 +44,8 @@ const SPHERE_MM: f64 = 0.010;
 const STAGE_ERROR: f64 = 2e-4;
 /// Added to every stage position of a scan, mm.
 const STAGE_OFFSET_MM: f64 = -100.0;
-/// What a value may change by when the stage has its zero elsewhere: rounding of pixels to single precision, and points at
-/// the edge of a trim.
+/// Maximum change of a value for another zero of the stage: from rounding of pixels to single precision and from points at
+/// the limit of a trim.
 const OFFSET_CHANGE_MM: f64 = 5e-5;
 /// RMS of error over predicted σ of single points.
 const NORMALISED: (f64, f64) = (0.8, 1.25);
@@ -126,7 +126,7 @@ fn number(value: &Value, pointer: &str) -> f64 {
     value.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer} in {value:#}"))
 }
 
-/// Collects what is out of bounds, so that one run shows all figures.
+/// Collects figures out of bounds, so that one run shows all of them.
 #[derive(Default)]
 struct Verdicts(Vec<String>);
 
@@ -146,11 +146,11 @@ impl Verdicts {
 }
 
 #[test]
-fn the_reference_station_is_calibrated_as_well_as_promised() {
+fn the_reference_station_is_calibrated_to_the_promised_accuracy() {
     let Some(rig) = Rig::open() else { return };
     let result = rig.calibrate("auto");
     let mut verdicts = Verdicts::default();
-    assert_eq!(result["camera"]["pictures"].as_array().unwrap().len(), 17, "every board is found");
+    assert_eq!(result["camera"]["images"].as_array().unwrap().len(), 17, "every board is found");
     assert_eq!(result["models"]["recommended"], "grating");
     verdicts.demand("camera RMS, px", number(&result, "/camera/rms_px"), 0.0, CAMERA_RMS_PX);
     for (idx, name) in ["fx_px", "fy_px", "cx_px", "cy_px"].iter().enumerate() {
@@ -172,7 +172,7 @@ fn the_reference_station_is_calibrated_as_well_as_promised() {
     let (error_mm, sigma_mm) = rig.systematic("auto");
     verdicts.demand("grating: systematic depth RMSE, mm", error_mm, 0.0, SYSTEMATIC_MM);
     verdicts.demand("grating: the same over its own σ", error_mm / sigma_mm, 0.0, 2.0);
-    // Volume and points differ; a wrong unit would be a thousand.
+    // Volume and points differ slightly; a wrong unit would give a factor of a thousand.
     let stated = number(&result, "/light/systematic_sigma_mm") / sigma_mm;
     verdicts.demand("grating: σ stated for the volume over that of the points", stated, 0.3, 3.0);
     rig.calibrate("planes");
@@ -184,7 +184,7 @@ fn the_reference_station_is_calibrated_as_well_as_promised() {
 }
 
 #[test]
-fn the_reference_scans_are_complete_rightly_labelled_and_measured_within_their_uncertainty() {
+fn the_reference_scans_are_complete_correctly_labelled_and_measured_within_their_uncertainty() {
     let Some(rig) = Rig::open() else { return };
     rig.calibrate("auto");
     let mut verdicts = Verdicts::default();
@@ -249,7 +249,7 @@ fn points_against_truth(rig: &Rig, name: &str, cloud: &[CloudPoint], verdicts: &
     verdicts.demand(&format!("{name}: depth error over σ, RMS"), rms, NORMALISED.0, NORMALISED.1);
 }
 
-/// The part and its table as they really were, in the part frame.
+/// The true part and table, in the part frame.
 struct TrueScene {
     table: (Vector3<f64>, Vector3<f64>),
     block: Option<(Matrix3<f64>, Vector3<f64>, Vector3<f64>)>,
@@ -334,7 +334,7 @@ impl TruthCurves {
         if piece.len() < 2 || u < first.min(last) - Self::GAP_PX || u > first.max(last) + Self::GAP_PX {
             return None;
         }
-        // Beyond the outermost truth points the line goes on for up to their spacing.
+        // The line continues beyond the outermost truth points by up to their spacing.
         let beyond = |pair: &[[f64; 3]]| (pair[0][0] - u).max(u - pair[1][0]).max(0.0);
         let pair = piece.windows(2).min_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
         let share = (u - pair[0][0]) / (pair[1][0] - pair[0][0]);

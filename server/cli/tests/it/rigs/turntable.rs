@@ -1,4 +1,4 @@
-//! What must come of the drawn pictures of a hobby rig (two lasers, a camera, a turntable) from the command line.
+//! Calibration, scan and measurement with the rendered images of a hobby rig (two lasers, a camera, a turntable).
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use drawn::{AXIS, CYLINDER_MM};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-/// The axis is as near to the truth as its σ says.
+/// Maximum error of the axis in its σ.
 const SIGMAS: f64 = 4.0;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -20,7 +20,7 @@ pub fn measures_true(folder: &Path) {
     let (cloud, page) = (path(folder, "part.ply"), path(folder, "page.html"));
     let (made, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "--report", &page, "-q"]);
     assert_eq!(exit, 0, "{made:#}");
-    axis_is_true(&made["axis"]);
+    check_axis(&made["axis"]);
     assert!(std::fs::read_to_string(&page).unwrap().contains("Turntable"));
     crate::commands::schemas::follows("calibration", Path::new(&calibration));
     let (scan, exit) = sheaf_json(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
@@ -36,11 +36,11 @@ pub fn measures_true(folder: &Path) {
     assert!((value - CYLINDER_MM[0]).abs() < u && u < 0.2, "{measured:#}");
     let text = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
     assert!(crate::common::out(&text).contains("closure after a turn, other line"));
-    a_linear_frame_is_named(folder, &calibration);
+    a_linear_frame_is_refused(folder, &calibration);
 }
 
-/// Point and direction within their σ of the truth.
-fn axis_is_true(found: &Value) {
+/// Asserts that point and direction are within their σ of the truth.
+fn check_axis(found: &Value) {
     let (point, direction) = (numbers(&found["point_mm"]), numbers(&found["direction"]));
     let (point, direction) = (Vector3::from_column_slice(&point), Vector3::from_column_slice(&direction));
     let (first, second) = optics::rotation::completing_frame(&direction);
@@ -53,7 +53,7 @@ fn axis_is_true(found: &Value) {
     }
 }
 
-fn a_linear_frame_is_named(folder: &Path, calibration: &str) {
+fn a_linear_frame_is_refused(folder: &Path, calibration: &str) {
     edit_manifest(folder, |manifest| manifest["scans"][0]["frames"][3]["position_mm"] = json!(1.0));
     let (capture, cloud) = (path(folder, ""), path(folder, "no.ply"));
     let refused = sheaf(&["scan", &capture, "-c", calibration, "--scan", "part", "-o", &cloud, "-q"]);

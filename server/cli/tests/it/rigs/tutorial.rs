@@ -1,6 +1,7 @@
-//! The drawn pictures of a turntable are measured; the tutorial's blocks, as written, are run on them, and its quotes checked.
+//! The rendered images of a turntable are measured; the blocks of the tutorial are run on them unchanged, and the
+//! messages it quotes are checked.
 //!
-//! What this does not show: photographs. How lines are found in those is `vision`'s and `photographs.rs`.
+//! Not shown here: photographs; line detection in those is tested in `vision` and `photographs.rs`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +11,7 @@ use crate::readme::tested_blocks;
 use crate::rigs::turntable;
 use drawn::{CYLINDER_MM, VIEWS_DEG};
 
-/// Radius of the part that is drawn.
+/// Radius of the rendered part.
 const RADIUS_MM: f64 = CYLINDER_MM[0];
 
 fn tutorial() -> String {
@@ -18,7 +19,7 @@ fn tutorial() -> String {
     std::fs::read_to_string(page).unwrap()
 }
 
-/// The pictures as the tutorial names them, without a manifest, and a pair by daylight.
+/// The images under the names of the tutorial, without a manifest, and a pair in daylight.
 fn photographs(drawn: &Path, folder: &Path) {
     let rig = folder.join("rig");
     std::fs::create_dir_all(rig.join("stage")).unwrap();
@@ -37,7 +38,7 @@ fn photographs(drawn: &Path, folder: &Path) {
     }
 }
 
-/// Runs a block in `folder` and answers with what it printed.
+/// Runs a block in `folder` and returns its output.
 #[track_caller]
 fn run(block: &str, folder: &Path) -> String {
     let programs = PathBuf::from(SHEAF).parent().unwrap().display().to_string();
@@ -49,7 +50,7 @@ fn run(block: &str, folder: &Path) -> String {
 }
 
 #[test]
-fn a_turntable_measures_true_and_its_tutorial_leads_from_photographs_to_the_same_part() {
+fn a_turntable_is_measured_accurately_and_its_tutorial_works_from_photographs() {
     let capture = tempfile::tempdir().unwrap();
     drawn::capture(capture.path());
     turntable::measures_true(capture.path());
@@ -58,7 +59,7 @@ fn a_turntable_measures_true_and_its_tutorial_leads_from_photographs_to_the_same
     let blocks = tested_blocks(&tutorial());
     let said: Vec<String> = blocks.iter().map(|(_, block)| run(block, folder.path())).collect();
     let [_, looked, by_day, _, calibrated, scanned, _] = &said[..] else { panic!("{} blocks", said.len()) };
-    // Nothing is suspected of pictures that are as they should be.
+    // No findings for correct images.
     for words in ["seem", "no laser line", "yields no point"] {
         assert!(!looked.contains(words) && !by_day.contains(words), "{looked}{by_day}");
     }
@@ -68,11 +69,11 @@ fn a_turntable_measures_true_and_its_tutorial_leads_from_photographs_to_the_same
     let (measured, _) = sheaf_json(&["measure", &cloud, "--tool", "cylinder", "-q"]);
     let [value, u] = ["value", "expanded_uncertainty"].map(|key| measured[key].as_f64().unwrap());
     assert!((value - RADIUS_MM).abs() < u && u < 0.2, "{measured:#}");
-    what_the_tutorial_quotes_is_said(folder.path());
+    messages_quoted_in_the_tutorial_are_printed(folder.path());
 }
 
-/// Every mistake of the tutorial's table, made.
-fn what_the_tutorial_quotes_is_said(folder: &Path) {
+/// Makes every mistake in the table of the tutorial.
+fn messages_quoted_in_the_tutorial_are_printed(folder: &Path) {
     let page = tutorial();
     let [on, off, other, dim] = ["on", "off", "other", "dim"].map(|name| path(folder, &format!("day/{name}.png")));
     let laser = path(folder, "rig/laser/000.png");

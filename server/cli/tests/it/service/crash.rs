@@ -13,39 +13,39 @@ use devices::grbl_simulator::{Entry, LogEvent};
 use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
-/// How often the server is killed, and how often in the campaign.
+/// Number of kills, and number in the campaign.
 const KILLS: u64 = 8;
 const KILLS_IN_CAMPAIGN: u64 = 30;
 
 /// Promised time from start to readiness.
 const READY_WITHIN: Duration = Duration::from_secs(5);
 
-/// The longest life of one server, seconds: long enough for uploads, calibrations and scans to be under way.
+/// Maximum lifetime of one server, s: long enough for uploads, calibrations and scans to be in progress.
 const LIFE_S: f64 = 4.0;
 
-/// Captures, jobs, activations and results that must have been acknowledged for the test to prove anything.
+/// Minimum numbers of acknowledged captures, jobs, activations and results for a meaningful test.
 const ENOUGH: [usize; 4] = [10, 10, 3, 3];
 
-/// When to give up on that.
+/// Maximum number of kills to reach them.
 const KILLS_AT_MOST: u64 = 75;
 
-/// Jobs that may wait or run at once: more would only queue up behind the kills.
+/// Maximum number of queued or running jobs.
 const WAITING: usize = 3;
 
-/// What was acknowledged with a 2xx.
+/// Everything acknowledged with a 2xx response.
 #[derive(Default)]
 struct Acknowledged {
     captures: Vec<String>,
     jobs: Vec<String>,
-    /// Those of them that may still change.
+    /// Jobs that may still change.
     followed: Vec<String>,
-    /// The calibrations that were asked to become active, and whether that was acknowledged.
+    /// Requested activations, and whether they were acknowledged.
     activations: Vec<(String, bool)>,
     results: Vec<(String, String)>,
 }
 
 #[test]
-fn kills_lose_no_acknowledged_record_and_leave_nothing_half_done() {
+fn kills_lose_no_acknowledged_record_and_leave_no_partial_state() {
     kill_again_and_again(KILLS);
 }
 
@@ -55,7 +55,7 @@ fn campaign_of_thirty_kills() {
     kill_again_and_again(KILLS_IN_CAMPAIGN);
 }
 
-/// Kills the server so often, and on until enough was acknowledged to prove something.
+/// Kills the server `kills` times, and further until enough was acknowledged.
 fn kill_again_and_again(kills: u64) {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
@@ -65,7 +65,7 @@ fn kill_again_and_again(kills: u64) {
     let mut counts = [0; 4];
     let enough = |counts: &[usize; 4]| counts.iter().zip(ENOUGH).all(|(&n, least)| n >= least);
     let mut n_kills = 0;
-    // A starved computer does little in a life: the lives grow until there is something to lose.
+    // A busy computer does little in a lifetime: lifetimes grow until enough is acknowledged.
     while n_kills < kills || !enough(&counts) && n_kills < KILLS_AT_MOST {
         let kill = n_kills;
         n_kills += 1;
@@ -107,11 +107,11 @@ fn kill_again_and_again(kills: u64) {
     assert!(enough(&counts), "too little happened to prove anything: {counts:?}");
 }
 
-/// How often the server is killed with light and motion at the controller.
+/// Number of kills with laser and motion on.
 const KILLS_IN_MOTION: usize = 5;
 
 #[test]
-fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_again() {
+fn after_a_kill_in_motion_laser_and_stage_are_off_and_nothing_restarts() {
     let folder = tempfile::tempdir().unwrap();
     let (simulator, config) = grbl_station(folder.path());
     let data = folder.path().join("data");
@@ -142,7 +142,7 @@ fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_
         wait_until("laser off and at rest", || !event_log.light() && !event_log.moving());
         let mark = event_log.mark();
         assert_eq!(server.get("/ready").status, 200);
-        // Long enough for anything that would start on its own: the station asks the controller five times a second.
+        // Long enough to detect an unwanted restart: the station polls the controller five times per second.
         std::thread::sleep(Duration::from_secs(1));
         let began = |entry: &Entry| matches!(entry.what, LogEvent::LightOn(_) | LogEvent::MotionBegan(_));
         assert!(!event_log.since(mark).iter().any(began), "{:?}", event_log.since(mark));
@@ -164,7 +164,7 @@ fn kill_9(pid: u32) {
     nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGKILL).unwrap();
 }
 
-/// One request of a busy life; `None` once the server is gone.
+/// Sends one request; `None` once the server is gone.
 fn act(server: &Server, step: u64, archive: &[u8], known: &Mutex<Acknowledged>) -> Option<()> {
     match step % 5 {
         0 => {
@@ -213,7 +213,7 @@ fn start_job(server: &Server, path: &str, body: &Value, known: &Mutex<Acknowledg
     Some(())
 }
 
-/// Notes what succeeded jobs made.
+/// Records the results of succeeded jobs.
 fn follow_jobs(server: &Server, known: &Mutex<Acknowledged>) -> Option<()> {
     let followed = known.lock().unwrap().followed.clone();
     for location in followed {
@@ -249,7 +249,7 @@ fn activate(server: &Server, known: &Mutex<Acknowledged>) -> Option<()> {
     Some(())
 }
 
-/// Everything acknowledged is there, and nothing is half done.
+/// Asserts that everything acknowledged exists and nothing is partial.
 #[track_caller]
 fn check(server: &Server, known: &Acknowledged) {
     for id in &known.captures {

@@ -1,4 +1,4 @@
-//! `sheaf doctor` as a person and a script see it: consent, table, JSON, exit code, Ctrl-C. What it finds has tests beside it.
+//! `sheaf doctor`: consent, table, JSON, exit code, Ctrl-C. Its checks have unit tests.
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command, Output, Stdio};
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::SHEAF;
 
-/// A slow simulated camera: whole pictures are rendered by a program that is not optimised.
+/// A slow simulated camera, since full images are rendered by a debug build.
 const RATE: [&str; 2] = ["--frame-rate-hz", "5"];
 
 fn doctor(options: &[&str]) -> Child {
@@ -26,14 +26,14 @@ fn doctor(options: &[&str]) -> Child {
         .unwrap()
 }
 
-/// The result of one whose standard input is closed.
+/// Closes standard input and waits for the result.
 fn ended(mut child: Child) -> Output {
     drop(child.stdin.take());
     child.wait_with_output().unwrap()
 }
 
 #[test]
-fn a_script_gets_every_check_as_json_and_an_exit_code() {
+fn all_checks_are_reported_as_json_with_an_exit_code() {
     let output = ended(doctor(&["--yes", "--json"]));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     let checks = answer["checks"].as_array().unwrap();
@@ -43,7 +43,7 @@ fn a_script_gets_every_check_as_json_and_an_exit_code() {
         assert!(["ok", "not_ok", "not_run"].contains(&outcome), "{check}");
         assert!(outcome != "not_ok" || check["remedy"] != "", "a fault without remedy: {check}");
     }
-    // A busy machine may render too slowly; the exit code says what the table says.
+    // A busy machine may render too slowly; the exit code must agree with the table.
     let is_ok = checks.iter().all(|check| check["outcome"] != "not_ok");
     assert_eq!(answer["ok"], is_ok);
     assert_eq!(output.status.code(), Some(if is_ok { 0 } else { 5 }));
@@ -68,10 +68,10 @@ fn without_consent_motion_and_laser_stay_off() {
 }
 
 #[test]
-fn ctrl_c_ends_it_wherever_it_is() {
+fn ctrl_c_ends_the_doctor_at_any_step() {
     for at in ["running the camera with the laser off", "Go on? [y/N]"] {
         let mut child = doctor(&[]);
-        // Waiting would close it, and an answer that can no longer come ends the prompt as well as the signal does.
+        // `wait` would close stdin, which ends the prompt just as the signal does.
         let _open = child.stdin.take();
         let (mut stderr, mut shown) = (BufReader::new(child.stderr.take().unwrap()), Vec::new());
         while !String::from_utf8_lossy(&shown).contains(at) {

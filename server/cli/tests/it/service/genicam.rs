@@ -1,7 +1,7 @@
-//! A station with a GigE Vision camera that others wrote, and a simulated stage and laser: found, live, scanned,
-//! unplugged.
+//! A station with the simulated GigE Vision camera of aravis and a simulated stage and laser: discovery, live view, scan,
+//! disconnection.
 //!
-//! Not shown here: a scan that finds lines, since that camera paints a ramp and sees no light.
+//! Not shown here: a scan with lines, since that camera renders a ramp.
 
 #[cfg(not(feature = "genicam"))]
 #[test]
@@ -24,10 +24,10 @@ mod stations {
     const SETTINGS: &str = "/api/v1/devices/camera/settings";
     const FEATURES: &str = "/api/v1/devices/camera/features";
 
-    /// Longest wait for what must come.
+    /// Longest wait for an expected state.
     const PATIENCE: Duration = Duration::from_secs(60);
 
-    /// A station over a camera that loses so many packets of a thousand, with somebody in control.
+    /// A station with a camera that loses `lost_per_thousand` of its packets, with a client in control.
     struct Rig {
         camera: FakeCamera,
         server: Server,
@@ -78,7 +78,7 @@ mod stations {
         }
 
         fn try_send(&self, method: &str, path: &str, more: &[(&str, &str)], body: &Value) -> (u16, Value) {
-            // Work that takes longer than a lease has to take control again.
+            // Work that takes longer than a lease takes control again.
             let renewed =
                 self.server.post("/api/v1/station/control", &json!({ "holder": "Anna", "take_over": true }));
             let control = match renewed.status {
@@ -150,7 +150,7 @@ mod stations {
         });
         let job = rig.send("POST", "/api/v1/scans", &[], &wish);
         let made = rig.server.wait_for_job(&format!("/api/v1/jobs/{}", job["id"].as_str().unwrap()));
-        // A ramp has no lines: the pictures are all taken, and no cloud comes of them.
+        // A ramp has no lines: all images are captured, but there is no cloud.
         assert_ne!(made["problem"]["kind"], "device_fault", "{made:#}");
         let (link_after, after) = (rig.link(), rig.station());
         let taken = arrived(&after) - arrived(&before);
@@ -162,16 +162,16 @@ mod stations {
         assert_eq!(lost, more("frames_incomplete") + more("frames_missing"), "{link_after:#}");
     }
 
-    /// Frames that are recorded at the camera's full rate.
+    /// Number of frames recorded at the full rate of the camera.
     const RECORDED: u64 = 2000;
 
-    /// Records a live view at the highest rate the camera takes and holds every account against the others.
+    /// Records a live view at the maximum rate of the camera and compares all counts with each other.
     fn record_at_full_rate(lost_per_thousand: u32) {
         let Some(rig) = Rig::start(lost_per_thousand) else { return };
         let roi = json!({ "left_px": 0, "top_px": 0, "width_px": 128, "height_px": 96 });
         let camera = rig.server.get("/api/v1/devices/camera").expect(200);
         let fastest_hz = camera["capabilities"]["frame_rate_hz"]["max"].as_f64().unwrap();
-        // So slow that the recording begins before the first frame.
+        // Slow enough that the recording begins before the first frame.
         rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 1.0 }));
         let (link_before, before, href) = loop {
             rig.set_camera(&json!({ "exposure_us": 500.0 }));
@@ -185,14 +185,14 @@ mod stations {
             if arrived(&rig.station()) == arrived(&station) {
                 break (link, station, href);
             }
-            // A frame may have come before it: once more.
+            // A frame may have arrived before it: once more.
             rig.live(false);
             rig.wait_for("the end", |_| rig.server.get(&href).expect(200)["state"] == "complete");
         };
         rig.set_camera(&json!({ "frame_rate_hz": fastest_hz }));
         let recording = || rig.server.get(&href).expect(200);
         rig.wait_for("frames", |_| recording()["n_frames"].as_u64().unwrap() >= RECORDED);
-        // So slow again that no frame is under way when the view ends.
+        // Slow again, so that no frame is in transit when the view ends.
         rig.set_camera(&json!({ "frame_rate_hz": 1.0 }));
         std::thread::sleep(Duration::from_secs(2));
         let n_arrived = arrived(&rig.station());
@@ -239,12 +239,12 @@ mod stations {
     }
 
     #[test]
-    fn a_recording_over_a_bad_cable_accounts_for_every_frame() {
+    fn a_recording_with_lost_packets_accounts_for_every_frame() {
         record_at_full_rate(10);
     }
 
     #[test]
-    fn lost_packets_and_a_camera_that_goes_are_counted_named_and_overcome() {
+    fn lost_packets_and_a_disconnected_camera_are_counted_reported_and_recovered() {
         let Some(mut rig) = Rig::start(10) else { return };
         let roi = json!({ "left_px": 0, "top_px": 0, "width_px": 256, "height_px": 128 });
         rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 50.0, "exposure_us": 1000.0 }));
@@ -275,7 +275,7 @@ mod stations {
     }
 
     #[test]
-    fn features_are_read_and_set_by_their_names() {
+    fn features_are_read_and_set_by_name() {
         let Some(rig) = Rig::start(0) else { return };
         let all = rig.server.get(FEATURES).expect(200);
         let exposure = |all: &Value| {

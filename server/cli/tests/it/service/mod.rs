@@ -1,4 +1,4 @@
-//! The service under load, killed, stopped, and with a camera that others wrote.
+//! The service under load, killed, stopped, and with a third-party simulated camera.
 
 pub mod crash;
 mod doctor;

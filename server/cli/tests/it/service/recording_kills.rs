@@ -1,5 +1,5 @@
-//! Killed at random moments while it records, the server leaves a file that opens with everything up to the last second,
-//! and makes a whole one of it at the next start.
+//! Killed at random moments while recording, the server leaves a readable file with everything up to the last second, and
+//! repairs it at the next start.
 
 use std::time::{Duration, Instant};
 
@@ -9,28 +9,28 @@ use serde_json::{Value, json};
 
 use crate::common::server::Server;
 
-/// How often the server is killed with the other tests.
+/// Number of kills in the regular test.
 const KILLS: u64 = 3;
 
-/// How often in the campaign.
+/// Number of kills in the campaign.
 const MANY_KILLS: u64 = 100;
 
-/// What may be missing at the end.
+/// Maximum loss at the end.
 const LAST: Duration = Duration::from_secs(1);
 
-/// Longest time a recording is under way before the kill, s.
+/// Maximum duration of a recording before the kill, s.
 const LIFE_S: f64 = 2.0;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
 #[test]
-fn killed_while_it_records_the_file_holds_all_but_the_last_second() {
+fn a_recording_killed_at_random_loses_at_most_the_last_second() {
     kill_while_recording(KILLS);
 }
 
 #[test]
 #[ignore = "a campaign of some minutes"]
-fn killed_a_hundred_times_while_it_records_the_file_holds_all_but_the_last_second() {
+fn a_recording_killed_a_hundred_times_loses_at_most_the_last_second() {
     kill_while_recording(MANY_KILLS);
 }
 
@@ -41,7 +41,7 @@ fn kill_while_recording(n_kills: u64) {
     let (mut n_frames, mut interrupted) = (0, Vec::new());
     for kill in 0..n_kills {
         let server = Server::start(&data, &[]);
-        check_mended(&server, &mut interrupted);
+        check_repaired(&server, &mut interrupted);
         let lease =
             server.post("/api/v1/station/control", &json!({ "holder": "test", "take_over": true })).expect(201);
         let control = lease["id"].as_str().unwrap().to_owned();
@@ -80,13 +80,13 @@ fn kill_while_recording(n_kills: u64) {
         n_frames += file.frames.len();
         interrupted.push((id, file.frames.len() as u64));
     }
-    check_mended(&Server::start(&data, &[]), &mut interrupted);
+    check_repaired(&Server::start(&data, &[]), &mut interrupted);
     println!("{n_frames} frames of {n_kills} recordings that were killed were read again");
     assert!(n_frames > 5 * n_kills as usize, "too little was recorded to prove anything: {n_frames} frames");
 }
 
-/// The recordings that were killed become files of the store with the frames that were in them.
-fn check_mended(server: &Server, interrupted: &mut Vec<(String, u64)>) {
+/// Asserts that interrupted recordings are stored with all their frames.
+fn check_repaired(server: &Server, interrupted: &mut Vec<(String, u64)>) {
     for (id, n_frames) in interrupted.drain(..) {
         let href = format!("/api/v1/recordings/{id}");
         let begun = Instant::now();
@@ -95,7 +95,7 @@ fn check_mended(server: &Server, interrupted: &mut Vec<(String, u64)>) {
             if recording["state"] == "interrupted" {
                 break recording;
             }
-            assert!(begun.elapsed() < PATIENCE, "not mended: {recording:#}");
+            assert!(begun.elapsed() < PATIENCE, "not repaired: {recording:#}");
             std::thread::sleep(Duration::from_millis(20));
         };
         assert_eq!((&recording["n_frames"], &recording["ended"]), (&json!(n_frames), &json!("crashed")));

@@ -9,7 +9,7 @@ use crate::common::server::Server;
 use devices::grbl_simulator::{GrblSimulator, LogEvent};
 use serde_json::{Value, json};
 
-/// How often Stop is asked for.
+/// Number of Stop requests.
 const STOPS: usize = 200;
 
 /// Promised time from the request to the first byte at the controller: 99 of 100.
@@ -21,7 +21,7 @@ const LONGEST: Duration = Duration::from_millis(200);
 /// The bytes that stop a stage: feed hold and soft reset.
 const STOP_BYTES: [u8; 2] = [b'!', 0x18];
 
-/// Clients that poll meanwhile.
+/// Number of clients that poll meanwhile.
 const POLLERS: usize = 6;
 
 #[test]
@@ -73,14 +73,14 @@ fn stop_200_times() -> (Duration, Duration) {
 }
 
 #[test]
-fn a_server_asked_to_end_darkens_and_stops_before_it_is_gone() {
+fn on_sigterm_laser_and_stage_are_stopped_before_the_process_ends() {
     let folder = tempfile::tempdir().unwrap();
     let (simulator, config) = grbl_station(folder.path());
     let event_log = simulator.event_log();
     for round in 0..2 {
         let server = Server::start(&folder.path().join("data"), &["--config", config.to_str().unwrap()]);
         let commander = Commander::take(&server);
-        // Light in the first round; homing, then motion in the second.
+        // The laser is on in the first round; homing, then motion in the second.
         assert!(commander.begin_something(round), "round {round}");
         wait_for("light or motion", || event_log.light() || event_log.moving());
         let mark = event_log.mark();
@@ -120,7 +120,7 @@ fn wait_for(what: &str, reached: impl Fn() -> bool) {
     }
 }
 
-/// Somebody with the control lease.
+/// A client with the control lease.
 struct Commander<'s> {
     server: &'s Server,
     control: String,
@@ -133,7 +133,7 @@ impl<'s> Commander<'s> {
         Self { server, control: taken.json()["id"].as_str().unwrap().to_owned() }
     }
 
-    /// Homing, a long move, or the live view with light; whether it was accepted.
+    /// Starts homing, a long move, or the live view with the laser; returns whether it was accepted.
     fn begin_something(&self, round: usize) -> bool {
         let homed = self.server.get("/api/v1/devices/stage").expect(200)["homed"] == true;
         let (method, path, body) = match (round % 3, homed) {
@@ -153,7 +153,7 @@ impl<'s> Commander<'s> {
     }
 }
 
-/// Clients that ask for everything all the time.
+/// Clients that continuously request everything.
 struct Load {
     ended: Arc<AtomicBool>,
     clients: Vec<std::thread::JoinHandle<()>>,

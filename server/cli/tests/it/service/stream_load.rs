@@ -1,7 +1,7 @@
-//! Ten viewers, one of them stopped in its tracks, while the station scans: acquisition loses nothing to them, the
-//! others see fresh data, memory stays flat, the stopped one is dropped.
+//! Ten viewers, one of them stalled, while the station scans: acquisition loses no frames, the others receive fresh data,
+//! memory does not grow, the stalled one is dropped.
 //!
-//! The figures are those promised. What it does not show: other machines, and networks slower than loopback.
+//! The limits are those promised. Not shown here: other machines, and networks slower than loopback.
 
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -18,18 +18,18 @@ use tokio_tungstenite::tungstenite::{Message, connect};
 
 /// Viewers that read.
 const HEALTHY: usize = 9;
-/// How old data may be when a viewer has them, at the 99th percentile.
+/// Maximum age of data when received, at the 99th percentile.
 const AGE_LIMIT_MS: f64 = 100.0;
-/// A viewer that takes nothing is dropped within this time.
+/// A viewer that reads nothing is dropped within this time.
 const DROPPED_WITHIN: Duration = Duration::from_secs(30);
-/// Growth of the server's memory while a viewer is stopped. Its pictures alone, queued, would be 5 MB a second.
+/// Maximum growth of the server's memory while a viewer is stalled; queuing its images would take 5 MB per second.
 const GROWTH_LIMIT_MIB: f64 = 24.0;
-/// Messages of frames that even a busy machine shows each viewer in the half minute of the test.
+/// Minimum number of frame messages for each viewer in the half minute of the test, even on a busy machine.
 const FRAMES_SEEN: usize = 20;
-/// Time for buffers to find their sizes before memory is compared.
+/// Time for buffers to grow before memory is compared.
 const WARM_UP: Duration = Duration::from_secs(5);
 
-/// What one viewer saw.
+/// Data received by a viewer.
 #[derive(Default)]
 struct Seen {
     ages_ms: Vec<f64>,
@@ -62,13 +62,13 @@ impl Clock {
         }
     }
 
-    /// At least what it shows now: too late by at most the time the ping took.
+    /// The current time of that clock; late by at most the duration of the ping.
     fn now_ms(&self) -> Option<f64> {
         self.quickest.map(|(_, asked, clock_ms)| clock_ms + asked.elapsed().as_secs_f64() * 1e3)
     }
 }
 
-/// Watches until requested to end; ages are by the station's own clock.
+/// Reads until `end` is set; ages are by the clock of the station.
 fn watch(url: String, end: Arc<AtomicBool>) -> JoinHandle<Seen> {
     std::thread::spawn(move || {
         let mut request = url.into_client_request().unwrap();
@@ -104,7 +104,7 @@ fn watch(url: String, end: Arc<AtomicBool>) -> JoinHandle<Seen> {
     })
 }
 
-/// A viewer in a process of its own, which can be stopped. It subscribes with an unmasked mask of zeros and reads.
+/// A viewer in its own process, which can be suspended. It subscribes with a mask of zeros and reads.
 fn process_viewer(server: &Server) -> Child {
     let text = subscription().to_string();
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("\\x{byte:02x}")).collect::<String>();
@@ -136,7 +136,7 @@ fn figure(server: &Server, name: &str) -> f64 {
     line.and_then(|line| line.split_whitespace().nth(1)).and_then(|value| value.parse().ok()).unwrap_or(0.0)
 }
 
-/// Blocks of a stored scan, asked for page by page.
+/// Number of blocks of a stored scan.
 fn n_blocks(server: &Server, scan: &str) -> u32 {
     let mut next = 0;
     loop {
@@ -157,26 +157,27 @@ fn wait_until(what: &str, limit: Duration, mut done: impl FnMut() -> bool) -> Du
     begun.elapsed()
 }
 
-fn percentile(values: &mut [f64], share: f64) -> f64 {
+fn percentile(values: &mut [f64], fraction: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[((values.len() - 1) as f64 * share) as usize]
 }
 
 #[test]
-fn a_stopped_viewer_is_dropped_and_costs_a_scan_and_the_others_nothing() {
+fn a_stalled_viewer_is_dropped_without_effect_on_the_scan_and_other_viewers() {
     let scan = json!({ "source": { "kind": "station" }, "from_mm": -10, "to_mm": 10, "step_mm": 0.25 });
     scan_before_ten_viewers(&scan);
 }
 
 #[test]
 #[ignore = "measures the machine: run it alone, with --release, on two cores that do nothing else"]
-fn ten_viewers_of_a_continuous_scan_see_data_at_most_a_tenth_of_a_second_old() {
+fn ten_viewers_of_a_continuous_scan_receive_data_within_a_tenth_of_a_second() {
     let scan = json!({ "source": { "kind": "station" }, "from_mm": -20, "to_mm": 20, "speed_mm_s": 4 });
     let p99_ms = scan_before_ten_viewers(&scan);
     assert!(p99_ms <= AGE_LIMIT_MS, "p99 {p99_ms:.1} ms");
 }
 
-/// Live view, then the scan, with a viewer stopped in each; the 99th percentile of the age of what the others saw.
+/// Runs a live view, then a scan, with one viewer stalled in each; returns the 99th percentile of the age of the data at the
+/// others.
 fn scan_before_ten_viewers(scan: &Value) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(&folder.path().join("data"), &[]);
@@ -188,7 +189,7 @@ fn scan_before_ten_viewers(scan: &Value) -> f64 {
     let mut stopped = process_viewer(&server);
     wait_until("ten viewers", Duration::from_secs(20), || figure(&server, "sheaf_stream_sockets") == 10.0);
 
-    // Live view first: nothing grows there but what a viewer makes grow.
+    // Live view first: there, only viewers use additional memory.
     let control = server.post("/api/v1/station/control", &json!({ "holder": "test" })).json();
     let lease = control["id"].as_str().unwrap().to_owned();
     let live = json!({ "running": true, "laser_power": 1.0 }).to_string();
@@ -204,7 +205,7 @@ fn scan_before_ten_viewers(scan: &Value) -> f64 {
     stopped.kill().unwrap();
     stopped.wait().unwrap();
 
-    // Then a scan, with another viewer that is stopped in the middle of it.
+    // Then a scan, with another viewer stalled in the middle of it.
     let mut stopped = process_viewer(&server);
     wait_until("ten viewers again", Duration::from_secs(20), || figure(&server, "sheaf_stream_sockets") == 10.0);
     let accepted = server.post("/api/v1/scans", scan);

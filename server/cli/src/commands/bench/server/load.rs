@@ -12,8 +12,8 @@ pub const STEP_MM: f64 = 0.05;
 /// Name of its only scan.
 pub const SCAN: &str = "load";
 
-/// Writes a capture of `n_frames` frames into `folder`: all scan images of `capture`, repeatedly forwards and backwards, each
-/// at its own position. Returns the number of different images.
+/// Writes a capture of `n_frames` frames into `folder`: all scan images of `capture`, repeatedly forwards and backwards,
+/// each at its own position. Returns the number of different images.
 pub fn write_load(capture: &Path, n_frames: usize, folder: &Path) -> Result<usize, Failure> {
     let source = Capture::open(capture)?;
     let mut manifest = source.manifest.clone();

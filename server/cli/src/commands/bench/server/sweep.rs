@@ -19,8 +19,8 @@ use app::measurements::ScanPurpose;
 use app::scan_run::ScanSettings;
 use pipeline::{Failure, FailureKind};
 
-/// Begin and end of the measured part of a sweep, as fractions of its frames: after the first frames, which allocate memory,
-/// and before the end.
+/// Begin and end of the measured part of a sweep, as fractions of its frames: after the first frames, which allocate
+/// memory, and before the end.
 const MEASURED_PART: [f64; 2] = [0.25, 0.9];
 /// Period of polling the progress: that of the station's status.
 const POLL_PERIOD: Duration = Duration::from_millis(50);

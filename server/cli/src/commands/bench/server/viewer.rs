@@ -69,8 +69,8 @@ impl Viewer {
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// The next message: whether it is binary, and its bytes. Pings are answered on the way; the server drops clients that do
-    /// not answer.
+    /// The next message: whether it is binary, and its bytes. Pings are answered on the way; the server drops clients
+    /// that do not answer.
     pub fn next(&mut self) -> std::io::Result<(bool, &[u8])> {
         loop {
             let opcode = self.receive()?;

@@ -9,7 +9,7 @@ use super::{block_recipe, inspect, inspected, place_block};
 use crate::common::server::Server;
 use crate::http::fresh;
 
-/// What a part is made wrong by, mm; the recipe permits half of it.
+/// Defect of a part, mm: twice the tolerance of the recipe.
 const DEFECT_MM: f64 = 0.06;
 
 fn serials(server: &Server, query: &str) -> Vec<String> {
@@ -36,7 +36,7 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
 
     refusals(&server);
 
-    // By id, by number, by the rule; the middle one is lower than it should be.
+    // Recipe by id, by number and by the serial number rule; the second part is too low.
     place_block(&server, 8.9);
     let part = json!({ "recipe": "block", "serial": "BL-1", "order": "4711", "attributes": { "shift": "early" } });
     let good = inspected(&server, &part);
@@ -71,13 +71,14 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     );
 
     lists(&server);
+    exports(&server);
     reports_and_statistics(&server, &bad);
     re_evaluated(&server, &bad, &recipe);
     held(&server);
     restarted(&folder.path().join("data"), server);
 }
 
-/// From the last frame to the stored verdict, by the station's own figures; no bound on a busy machine in a debug build.
+/// Prints the time from the last frame to the stored verdict; not asserted, since debug builds on busy machines are slow.
 fn print_overhead(server: &Server, inspection: &Value) {
     let job = server.get(&format!("/api/v1/jobs/{}", inspection["job_id"].as_str().unwrap())).expect(200);
     let report = server.get(inspection["scan_href"].as_str().unwrap()).expect(200)["report"].clone();
@@ -120,13 +121,40 @@ fn lists(server: &Server) {
     server.get("/api/v1/inspections?after_seq=1&before=x").expect(400);
     let list = server.get("/api/v1/inspections?limit=1").expect(200);
     assert!(list["items"][0]["results"].is_array() && list["items"][0]["features"].is_null(), "{list}");
-    // The event of each was stored with it, in the order of the numbers.
+    // The events were stored with the inspections, in the order of their sequence numbers.
     let events = server.get("/api/v1/events?limit=200").expect(200);
     let finished =
         events["items"].as_array().unwrap().iter().filter(|event| event["kind"] == "inspection.finished");
     let finished: Vec<_> =
         finished.map(|event| (event["body"]["seq"].clone(), event["body"]["verdict"].clone())).collect();
     assert_eq!(finished, [(json!(1), json!("ok")), (json!(2), json!("not_ok")), (json!(3), json!("ok"))]);
+}
+
+/// The selection as a table, oldest first, with a row per characteristic.
+fn exports(server: &Server) {
+    let table = |query: &str| {
+        let reply = server.get(&format!("/api/v1/inspections/export{query}"));
+        assert_eq!((reply.status, reply.header("content-type")), (200, Some("text/csv; charset=utf-8")));
+        assert!(reply.header("content-disposition").unwrap().contains("inspections.csv"));
+        let text = String::from_utf8(reply.body).unwrap();
+        assert!(text.starts_with("inspection_id,seq,serial,order,") && text.ends_with("\r\n"), "{text}");
+        let cell = |line: &str, column: usize| line.split(',').nth(column).unwrap().to_owned();
+        text.lines().skip(1).map(|line| [2, 8, 9].map(|column| cell(line, column))).collect::<Vec<_>>()
+    };
+    let rows = table("?format=csv");
+    let serials: Vec<_> = rows.iter().map(|[serial, ..]| serial.as_str()).collect();
+    assert!(
+        serials.is_sorted() && serials.first() == Some(&"BL-1") && serials.last() == Some(&"BL-3"),
+        "{rows:?}"
+    );
+    let rejected = table("?verdict=not_ok&recipe=block");
+    assert!(rejected.iter().all(|[serial, verdict, _]| (serial.as_str(), verdict.as_str()) == ("BL-2", "not_ok")));
+    assert!(rejected.iter().any(|[.., characteristic]| characteristic == "height"), "{rejected:?}");
+    assert!(
+        table("?serial=none").is_empty() && table("?recipe=block@2").is_empty() && table("?to_ms=1").is_empty()
+    );
+    assert_eq!(server.get("/api/v1/inspections/export?limit=1").expect(400)["pointer"], "query/limit");
+    server.get("/api/v1/inspections/export?format=pdf").expect(400);
 }
 
 fn reports_and_statistics(server: &Server, inspection: &Value) {
@@ -155,7 +183,7 @@ fn reports_and_statistics(server: &Server, inspection: &Value) {
     server.get("/api/v1/recipes/block/characteristics/width/control-chart").expect(404);
 }
 
-/// By a wider version the rejected part is good; its first verdict stays.
+/// With a wider version of the recipe the rejected part is OK; its first verdict is kept.
 fn re_evaluated(server: &Server, bad: &Value, recipe: &Value) {
     let mut wider = recipe.clone();
     wider["plan"]["characteristics"][0]["lower"] = json!(-0.2);
@@ -178,7 +206,7 @@ fn re_evaluated(server: &Server, bad: &Value, recipe: &Value) {
     assert_eq!(&server.get(&href).expect(200), bad, "the first stays as it was");
 }
 
-/// While it is held an inspection waits, other jobs do not; its key gives the same job and later its result.
+/// While the queue is held an inspection waits and other jobs run; its key returns the same job and later its result.
 fn held(server: &Server) {
     let held = server.post("/api/v1/inspection-queue/hold", &json!({ "reason": "fixture" })).expect(200);
     assert_eq!((&held["held"], &held["reason"]), (&json!(true), &json!("fixture")));
@@ -196,7 +224,7 @@ fn held(server: &Server) {
     assert_eq!(server.post("/api/v1/inspection-queue/resume", &json!(null)).expect(200)["held"], false);
     let job = server.wait_for_job(&format!("/api/v1/jobs/{}", waiting["id"].as_str().unwrap()));
     assert_eq!(job["state"], "succeeded", "{job:#}");
-    // The key with a wait is the same request: the answer is its result, and no part is inspected twice.
+    // The key with `wait_s` is the same request: it returns the result, and no part is inspected twice.
     let done = inspect(server, "?wait_s=30", Some("part-5"), &part).expect(200);
     assert_eq!((&done["id"], &done["verdict"]), (&job["result"]["id"], &json!("ok")));
     assert_eq!(serials(server, "?serial=BL-5"), ["BL-5"]);

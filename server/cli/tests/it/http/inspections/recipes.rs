@@ -1,4 +1,4 @@
-//! Recipes: immutable versions, refusals with their place, difference, roll-back, archive, files.
+//! Recipes: immutable versions, validation, difference, roll-back, archive, files.
 
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ fn create(server: &Server, id: &str, recipe: &Value) -> Answer {
 }
 
 #[test]
-fn a_recipe_is_published_in_versions_that_never_change_compared_and_rolled_back() {
+fn recipe_versions_are_immutable_and_can_be_compared_and_rolled_back() {
     let (folder, server) = fresh();
     let made = create(&server, "block", &block_recipe(0.05));
     let first = made.expect(201);
@@ -54,7 +54,7 @@ fn a_recipe_is_published_in_versions_that_never_change_compared_and_rolled_back(
     let problem = post_if_match(&server, "/api/v1/recipes/block/roll-back", "3", &nowhere).expect(422);
     assert_eq!(problem["pointer"], "/to_version");
 
-    // As it was, over a restart, page by page.
+    // Unchanged after a restart, page by page.
     drop(server);
     let server = Server::start(&folder.path().join("data"), &[]);
     let page = server.get(&format!("{publish}?limit=2")).expect(200);
@@ -80,7 +80,7 @@ fn a_request_with_a_key_publishes_once() {
 }
 
 #[test]
-fn what_is_wrong_with_a_recipe_is_named_with_its_place() {
+fn errors_in_a_recipe_are_reported_with_their_pointer() {
     let (_folder, server) = fresh();
     let mut cases = Vec::new();
     let mut case = |pointer: &'static str, change: &dyn Fn(&mut Value)| {
@@ -135,7 +135,7 @@ fn an_archived_recipe_frees_its_number_and_a_file_moves_a_recipe_to_another_stat
     let (_other_folder, other) = fresh();
     let imported = other.post("/api/v1/recipes/import", &file).expect(201);
     assert_eq!((&imported["digest"], &imported["recipe"]), (&file["digest"], &file["recipe"]));
-    // The same content again is no further version; a changed one needs to know what it replaces.
+    // The same content is not a new version; changed content needs `If-Match`.
     other.post("/api/v1/recipes/import", &file).expect(428);
     assert_eq!(post_if_match(&other, "/api/v1/recipes/import", "1", &file).expect(201)["version"], 1);
     let mut changed = file.clone();

@@ -1,4 +1,4 @@
-//! The API's document: checked in as the routes make it, and true.
+//! The API document: up to date, and confirmed by a fuzzer.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::http::inspections::block_recipe;
 use crate::http::recordings::recorded_live_view;
 
 #[test]
-fn the_documents_checked_in_are_those_of_the_program() {
+fn the_checked_in_documents_match_the_program() {
     let documents: [(&[&str], &str, &str); 4] = [
         (&["openapi"], "openapi.json", "\"/api/v1/inspections\""),
         (&["openapi", "--events"], "events.md", "| `job.failed` |"),
@@ -28,14 +28,14 @@ fn the_documents_checked_in_are_those_of_the_program() {
     }
 }
 
-/// Examples per operation: the fuzzer's own corner cases come on top.
+/// Examples per operation, in addition to the corner cases of the fuzzer.
 const EXAMPLES: &str = "5";
 
-/// Faults are switched on by name here and nowhere else: with them a device's 503 is the right answer, not a defect.
+/// The only route that enables faults; with a fault, a 503 of a device is correct.
 const FAULTS: &str = "/api/v1/simulation/faults";
 
-/// One of everything, so that the fuzzer meets what is behind the 404s.
-fn things_that_exist(server: &Server) -> Value {
+/// One resource of each kind, so that the fuzzer gets past the 404s.
+fn existing_resources(server: &Server) -> Value {
     let capture_id = server.upload(&small_capture());
     let source = json!({ "kind": "capture", "capture_id": capture_id });
     let calibration_id = server.result_of("/api/v1/calibrations", &json!({ "source": source }));
@@ -50,7 +50,7 @@ fn things_that_exist(server: &Server) -> Value {
     server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
     let recipe = json!({ "id": "block", "reason": "first", "recipe": block_recipe(0.05) });
     server.post("/api/v1/recipes", &recipe).expect(201);
-    let (session_id, picture) = session_with_a_picture(server);
+    let (session_id, image) = session_with_an_image(server);
     let recording_id = recorded_live_view(server);
     let jobs = server.get("/api/v1/jobs").expect(200);
     let job_ids: Vec<&Value> = jobs["items"].as_array().unwrap().iter().map(|job| &job["id"]).collect();
@@ -58,7 +58,7 @@ fn things_that_exist(server: &Server) -> Value {
         "doors": { "name": ["share"] },
         "captures": { "id": [capture_id] },
         "calibrations": { "id": [calibration_id], "with": [calibration_id] },
-        "calibration-sessions": { "id": [session_id], "artifact": [picture] },
+        "calibration-sessions": { "id": [session_id], "artifact": [image] },
         "jobs": { "id": job_ids },
         "recordings": { "id": [recording_id] },
         "recipes": { "id": ["block"], "version": [1] },
@@ -80,8 +80,8 @@ fn with_a_door(folder: &Path) -> Server {
     Server::start(&data, &[])
 }
 
-/// Ids of a session and of the picture of its one pose.
-fn session_with_a_picture(server: &Server) -> (Value, Value) {
+/// Ids of a session and of the image of its only pose.
+fn session_with_an_image(server: &Server) -> (Value, Value) {
     let session_id = server.post("/api/v1/calibration-sessions", &json!({})).expect(201)["id"].clone();
     server.put("/api/v1/simulation/board", &json!({ "place": "pose", "pose": 0 })).expect(204);
     let holder = json!({ "holder": "Anna", "take_over": true });
@@ -93,11 +93,11 @@ fn session_with_a_picture(server: &Server) -> (Value, Value) {
 }
 
 #[test]
-fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
+fn a_fuzzer_finds_no_server_error_and_no_undocumented_response() {
     let Some(python) = reference::python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let server = with_a_door(folder.path());
-    let known = things_that_exist(&server);
+    let known = existing_resources(&server);
     let before = answers_by_route(&server);
     let checks = "not_a_server_error,status_code_conformance,content_type_conformance,\
                   response_schema_conformance,response_headers_conformance";
@@ -108,7 +108,7 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
         .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/http/protocol/fuzzer_hooks.py"))
         .env("SHEAF_KNOWN_IDS", known.to_string())
-        // What it remembers of failures must not steer the next run.
+        // Recorded failures must not affect the next run.
         .current_dir(folder.path())
         .output()
         .unwrap();
@@ -120,7 +120,7 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         |answers: &BTreeMap<(String, u16), u64>, route: &str| answers.get(&(route.to_owned(), 200)).copied();
     let met = |route: &str| well(&answers, route).unwrap_or(0) - well(&before, route).unwrap_or(0);
     let (met, missed): (Vec<_>, Vec<_>) =
-        things_to_read().into_iter().map(|route| (met(&route), route)).partition(|(n_times, _)| *n_times > 0);
+        readable_resources().into_iter().map(|route| (met(&route), route)).partition(|(n_times, _)| *n_times > 0);
     eprintln!("answered with 200: {met:#?}");
     assert!(missed.is_empty(), "the fuzzer never met a thing behind {missed:#?}: {answers:#?}");
 }
@@ -134,8 +134,8 @@ const NOT_HERE: [&str; 5] = [
     "/api/v1/recipes/{id}/characteristics/{characteristic}/type-1-study",
 ];
 
-/// Every address of the document from which one thing can be read.
-fn things_to_read() -> Vec<String> {
+/// All paths of the document that read one resource.
+fn readable_resources() -> Vec<String> {
     let document: Value = serde_json::from_str(&out(&sheaf_ok(&["openapi"]))).unwrap();
     let read = document["paths"].as_object().unwrap().iter().filter(|(_, item)| item["get"].is_object());
     let routes =
@@ -145,7 +145,7 @@ fn things_to_read() -> Vec<String> {
     routes
 }
 
-/// How often each route answered with each status so far, by the server's own figures.
+/// Number of responses by route and status, from the metrics of the server.
 fn answers_by_route(server: &Server) -> BTreeMap<(String, u16), u64> {
     let figures = String::from_utf8(server.get("/metrics").body).unwrap();
     let lines = figures.lines().filter(|line| line.starts_with("sheaf_http_requests_total{"));

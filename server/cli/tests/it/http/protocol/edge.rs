@@ -1,4 +1,4 @@
-//! The edge: slow and silent clients, too many of them, foreign names and pages.
+//! The edge: slow and silent clients, the connection limit, foreign hosts and origins.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -16,7 +16,7 @@ fn connect(server: &Server) -> TcpStream {
     stream
 }
 
-/// Sends a byte a second of `drip` after `begin`; returns how long the connection lived and what came.
+/// Sends `begin`, then `drip` once per second; returns the lifetime of the connection and the response.
 fn lived(server: &Server, begin: &str, drip: u8) -> (Duration, String) {
     let mut stream = connect(server);
     let begun = Instant::now();
@@ -31,7 +31,7 @@ fn lived(server: &Server, begin: &str, drip: u8) -> (Duration, String) {
         }
     });
     let mut said = Vec::new();
-    // A reset is an end, too.
+    // A reset also ends the connection.
     let _ = stream.read_to_end(&mut said);
     let lived = begun.elapsed();
     dripping.join().unwrap();
@@ -75,7 +75,7 @@ fn stop_works_beyond_the_connection_limit() {
     server.get("/health").expect(200);
     let host = server.address().to_owned();
     let mut held: Vec<TcpStream> = Vec::new();
-    // One more than the limit, and each proves that it was taken in or refused.
+    // One more than the limit; each is known to be accepted or refused.
     let refused = (0..1_001).find(|_| {
         let mut stream = connect(&server);
         write!(stream, "GET /health HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
@@ -94,7 +94,7 @@ fn stop_works_beyond_the_connection_limit() {
 }
 
 #[test]
-fn foreign_names_and_pages_are_refused() {
+fn foreign_hosts_and_origins_are_refused() {
     let (_folder, server) = fresh();
     let get = |headers: &[(&str, &str)]| server.send("GET", "/api/v1/station", headers, &[]).status;
     assert_eq!(get(&[("host", "evil.example")]), 403);
@@ -106,7 +106,7 @@ fn foreign_names_and_pages_are_refused() {
 }
 
 #[test]
-fn every_answer_is_guarded_against_guessing_and_framing() {
+fn every_response_has_security_headers() {
     let (_folder, server) = fresh();
     for path in ["/health", "/api/v1/station", "/api/v1/nothing", "/docs/"] {
         let answer = server.get(path);
@@ -119,7 +119,7 @@ fn every_answer_is_guarded_against_guessing_and_framing() {
 }
 
 #[test]
-fn bytes_that_are_no_websocket_protocol_close_with_1002() {
+fn websocket_protocol_errors_close_with_1002() {
     let (_folder, server) = fresh();
     let mut stream = connect(&server);
     write!(

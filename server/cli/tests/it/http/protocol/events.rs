@@ -1,4 +1,4 @@
-//! Events: a stream that goes on where the client left it, without gap or double.
+//! Events: a stream that resumes where the client left off, without gaps or duplicates.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
@@ -10,7 +10,7 @@ use super::lists::damage;
 use crate::common::server::Server;
 use crate::http::fresh;
 
-/// Makes one durable event.
+/// Causes one durable event.
 #[track_caller]
 fn take_over(server: &Server, holder: &str) {
     server.post("/api/v1/station/control", &json!({ "holder": holder, "take_over": true })).expect(201);
@@ -28,7 +28,7 @@ fn ids(server: &Server, header: &str, n: usize) -> Vec<u64> {
 }
 
 #[test]
-fn a_client_that_comes_back_gets_what_it_missed_once() {
+fn a_reconnecting_client_receives_missed_events_exactly_once() {
     let (_folder, server) = fresh();
     for holder in ["A", "B", "C", "D", "E"] {
         take_over(&server, holder);
@@ -44,7 +44,7 @@ fn a_client_that_comes_back_gets_what_it_missed_once() {
 }
 
 #[test]
-fn an_open_stream_brings_what_happens() {
+fn an_open_stream_delivers_new_events() {
     let (_folder, server) = fresh();
     take_over(&server, "A");
     std::thread::scope(|scope| {
@@ -57,7 +57,7 @@ fn an_open_stream_brings_what_happens() {
 }
 
 #[test]
-fn a_damaged_event_is_named_and_the_others_are_in_list_and_stream() {
+fn a_damaged_event_is_reported_and_the_others_are_listed_and_streamed() {
     let folder = tempfile::TempDir::new().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
@@ -72,7 +72,7 @@ fn a_damaged_event_is_named_and_the_others_are_in_list_and_stream() {
     let to = |event: &&serde_json::Value| event["body"]["to"] == "Tuesday";
     let damaged = before["items"].as_array().unwrap().iter().find(to).unwrap()["seq"].as_u64().unwrap();
     server.terminate();
-    // Opening folds the log into the database.
+    // Opening merges the write-ahead log into the database.
     Server::start(&data, &[]).terminate();
     damage(&data, "\"to\":\"Tuesday\"");
 

@@ -1,4 +1,4 @@
-//! One key is one request, also across a crash.
+//! One idempotency key is one request, even across a crash.
 
 use serde_json::json;
 
@@ -6,7 +6,7 @@ use crate::common::server::{Server, zip_of};
 use crate::common::small_capture;
 
 #[test]
-fn a_repeated_upload_is_one_capture_also_after_a_crash() {
+fn a_repeated_upload_creates_one_capture_even_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let archive = zip_of(&small_capture());
@@ -25,7 +25,7 @@ fn a_repeated_upload_is_one_capture_also_after_a_crash() {
 }
 
 #[test]
-fn a_repeated_job_is_one_job() {
+fn a_repeated_request_creates_one_job() {
     let (_folder, server) = crate::http::fresh();
     let start = |body: serde_json::Value| {
         let headers = [("content-type", "application/json"), ("idempotency-key", "once")];
@@ -55,7 +55,7 @@ fn the_query_is_part_of_the_request() {
 }
 
 #[test]
-fn a_move_and_a_picture_with_a_key_happen_once_and_a_refused_one_may_come_again() {
+fn motions_and_images_with_a_key_happen_once_and_refused_requests_can_be_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
@@ -72,7 +72,7 @@ fn a_move_and_a_picture_with_a_key_happen_once_and_a_refused_one_may_come_again(
     let first = pose(control);
     let taken = first.expect(200);
     assert_eq!(taken["body"]["poses"].as_array().map(Vec::len), Some(1));
-    // The response is the same, no matter who holds control now.
+    // The response is the same, whoever holds control now.
     let again = pose("none");
     assert_eq!((again.expect(200), again.header("etag")), (taken.clone(), first.header("etag")));
     assert_eq!(server.get(&path).expect(200), taken);

@@ -1,4 +1,4 @@
-//! Lists: pages, filters, and what they show around a damaged record.
+//! Lists: paging, filters, damaged records.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn ids(server: &Server, first: &str) -> Vec<String> {
 }
 
 #[test]
-fn measurements_are_listed_over_all_scans_by_tool_and_verdict_and_scans_by_worth_and_calibration() {
+fn measurements_are_filtered_by_tool_and_verdict_and_scans_by_verdict_and_calibration() {
     let (_folder, server) = fresh();
     let capture_id = server.upload(&small_capture());
     let source = json!({ "kind": "capture", "capture_id": capture_id });
@@ -36,7 +36,7 @@ fn measurements_are_listed_over_all_scans_by_tool_and_verdict_and_scans_by_worth
         made["id"].as_str().unwrap().to_owned()
     };
     let plane = measure(&scans[0], json!({ "tool": "plane" }));
-    // A tolerance beyond all doubt, and a nominal that is none of the block's.
+    // A tolerance that is certainly met, and a nominal value that the block does not have.
     let pass = measure(&scans[0], json!({ "tool": "step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
     let fail = measure(&scans[0], json!({ "tool": "step", "nominal_mm": 10.0, "tolerance_mm": 0.5 }));
     let all = "/api/v1/measurements";
@@ -66,7 +66,7 @@ pub fn damage(data: &Path, text: &str) {
 }
 
 #[test]
-fn a_list_shows_the_good_records_and_names_the_damaged_one() {
+fn a_list_contains_the_good_records_and_reports_the_damaged_one() {
     let folder = tempfile::TempDir::new().unwrap();
     let data = folder.path().join("data");
     let archive = zip_of(&small_capture());
@@ -79,9 +79,9 @@ fn a_list_shows_the_good_records_and_names_the_damaged_one() {
     let [old, damaged, new] = ["first", "gauge-of-tuesday", "last"].map(upload);
     assert!(server.get("/api/v1/captures").expect(200)["damaged"].is_null());
     server.terminate();
-    // Opening folds the log into the database.
+    // Opening merges the write-ahead log into the database.
     Server::start(&data, &[]).terminate();
-    // Name and origin lie side by side in the row; the event with the name has it, too.
+    // Name and origin are adjacent in the row; the name is also in the event.
     damage(&data, "gauge-of-tuesdayupload");
 
     let server = Server::start(&data, &[]);
@@ -91,7 +91,7 @@ fn a_list_shows_the_good_records_and_names_the_damaged_one() {
     assert_eq!((named.len(), &named[0]["kind"], &named[0]["id"]), (1, &json!("capture"), &json!(damaged)));
     assert!(named[0]["detail"].as_str().unwrap().contains("damaged in the database"), "{named:?}");
     assert!(named[0]["remedy"].as_str().unwrap().contains("delete it"), "{named:?}");
-    // Requested alone it is still an error, and the remedy works.
+    // Requested by id it is an error, and the remedy works.
     server.get(&format!("/api/v1/captures/{damaged}")).expect(503);
     server.send("DELETE", &format!("/api/v1/captures/{damaged}"), &[], &[]).expect(204);
     assert!(server.get("/api/v1/captures").expect(200)["damaged"].is_null());

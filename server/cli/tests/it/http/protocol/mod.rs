@@ -1,4 +1,4 @@
-//! What holds for every resource: the document, problems, lists, events, idempotency, the edge.
+//! Properties of all resources: the document, problems, lists, events, idempotency, the edge.
 
 mod document;
 mod edge;

@@ -1,4 +1,4 @@
-//! Every error is a problem with type, title, status and detail; what was wrong is named with its place.
+//! Every error is a problem with type, title, status and detail, and with a pointer to the invalid value.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -10,16 +10,16 @@ use crate::common::server::{Answer, Server, zip_of};
 use crate::common::{copy_of_small, edit_manifest, small_capture};
 use crate::http::fresh;
 
-/// More jobs than may wait.
+/// More jobs than the queue accepts.
 const MANY_JOBS: usize = 40;
 
-/// Less than any job wants to have free, and room for a catalogue with its reserve.
+/// Space for a catalogue with its reserve, but less than any job requires.
 const SMALL_DISK_MIB: u32 = 64;
 
-/// A little more than what uploads leave free.
+/// Slightly more than the space that uploads leave free.
 const NEARLY_FULL_DISK_MIB: u32 = 300;
 
-/// More than a disk of [`NEARLY_FULL_DISK_MIB`] has to spare.
+/// More than a disk of [`NEARLY_FULL_DISK_MIB`] has left for uploads.
 const UPLOAD_MIB: usize = 80;
 
 #[track_caller]
@@ -35,7 +35,7 @@ fn is_problem(answer: &Answer, status: u16, kind: &str) -> Value {
 const JSON: [(&str, &str); 1] = [("content-type", "application/json")];
 
 #[test]
-fn whatever_cannot_be_understood_is_answered_with_a_problem() {
+fn malformed_requests_are_answered_with_a_problem() {
     let (_folder, server) = fresh();
     is_problem(&server.get("/api/v1/nothing"), 404, "not-found");
     is_problem(&server.get("/api/v1/scans/none"), 404, "not-found");
@@ -51,7 +51,7 @@ fn whatever_cannot_be_understood_is_answered_with_a_problem() {
 }
 
 #[test]
-fn an_unknown_key_and_a_wrong_type_are_named_with_their_place() {
+fn unknown_keys_and_wrong_types_are_reported_with_their_pointer() {
     let (_folder, server) = fresh();
     let scans = |body: &str| server.send("POST", "/api/v1/scans", &JSON, body.as_bytes());
     let unknown = is_problem(&scans(r#"{"source":{"kind":"station"},"stepp_mm":1}"#), 422, "impossible");
@@ -64,7 +64,7 @@ fn an_unknown_key_and_a_wrong_type_are_named_with_their_place() {
 }
 
 #[test]
-fn a_scan_without_a_calibration_says_what_to_do() {
+fn a_scan_without_a_calibration_is_refused_with_a_remedy() {
     let (_folder, server) = fresh();
     let answer = server.post("/api/v1/scans", &serde_json::json!({ "source": { "kind": "station" } }));
     let problem = is_problem(&answer, 409, "conflict");
@@ -94,7 +94,7 @@ fn a_full_queue_refuses_with_a_retry_time_and_accepts_jobs_when_one_is_cancelled
 }
 
 #[test]
-fn a_full_disk_refuses_what_needs_room_and_still_answers() {
+fn on_a_full_disk_jobs_and_uploads_are_refused_and_reads_work() {
     let folder = tempfile::TempDir::new().unwrap();
     let Some(server) = Server::start_on_small_disk(&folder.path().join("data"), SMALL_DISK_MIB) else {
         eprintln!("skipped: this system lets nobody mount a small disk (unshare --user --mount)");
@@ -109,7 +109,7 @@ fn a_full_disk_refuses_what_needs_room_and_still_answers() {
 }
 
 #[test]
-fn an_upload_for_which_the_disk_has_no_room_is_refused_before_it_is_sent_or_on_its_way() {
+fn an_upload_that_exceeds_the_disk_space_is_refused_before_or_during_transfer() {
     let folder = tempfile::TempDir::new().unwrap();
     let Some(server) = Server::start_on_small_disk(&folder.path().join("data"), NEARLY_FULL_DISK_MIB) else {
         eprintln!("skipped: this system lets nobody mount a small disk (unshare --user --mount)");
@@ -119,14 +119,14 @@ fn an_upload_for_which_the_disk_has_no_room_is_refused_before_it_is_sent_or_on_i
         assert!(problem["detail"].as_str().unwrap().contains("MiB are free"), "{problem}");
         assert!(problem["remedy"].as_str().unwrap().contains("delete"), "{problem}");
     };
-    // Its length is stated: not a byte is taken.
+    // With a stated length no byte is accepted.
     let host = server.address();
     let head = format!("POST /api/v1/captures HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/zip\r\n");
     let stated = answer_to(&server, |stream| {
         write!(stream, "{head}Content-Length: {}\r\nConnection: close\r\n\r\n", UPLOAD_MIB << 20)
     });
     is_full(&is_storage_full(&stated));
-    // It is not: what came is forgotten, and the client reads why although it was still sending.
+    // Without one, the received bytes are discarded, and the client receives the reason while it is still sending.
     let chunk = vec![0; 1 << 20];
     let unstated = answer_to(&server, |stream| {
         write!(stream, "{head}Transfer-Encoding: chunked\r\nConnection: close\r\n\r\n")?;
@@ -140,7 +140,7 @@ fn an_upload_for_which_the_disk_has_no_room_is_refused_before_it_is_sent_or_on_i
     is_full(&is_storage_full(&unstated));
 
     assert_eq!(server.get("/api/v1/captures").expect(200)["items"], serde_json::json!([]));
-    // Nothing was left behind: what is small enough still finds room.
+    // Nothing was left behind: a small upload still fits.
     server.upload(&small_capture());
 }
 
@@ -151,7 +151,7 @@ fn is_storage_full(answer: &str) -> Value {
     problem
 }
 
-/// Everything the server says to what `send` writes, until it closes.
+/// The response of the server to what `send` writes, until the connection is closed.
 fn answer_to(server: &Server, send: impl Fn(&mut TcpStream) -> std::io::Result<()>) -> String {
     let mut stream = TcpStream::connect(server.address()).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -162,7 +162,7 @@ fn answer_to(server: &Server, send: impl Fn(&mut TcpStream) -> std::io::Result<(
 }
 
 #[test]
-fn an_array_is_no_object_and_control_characters_are_no_name() {
+fn arrays_as_objects_and_control_characters_in_names_are_refused() {
     let (_folder, server) = fresh();
     let post = |path: &str, body: Value| server.post(path, &body);
     let array =
@@ -187,7 +187,7 @@ fn an_array_is_no_object_and_control_characters_are_no_name() {
 }
 
 #[test]
-fn methods_that_clients_invent_do_not_grow_the_figures() {
+fn unknown_methods_do_not_add_metrics() {
     let (_folder, server) = fresh();
     for method in ["BREW", "WHEN", "PROPFIND"] {
         let host = server.address();

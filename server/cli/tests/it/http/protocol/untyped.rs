@@ -1,12 +1,12 @@
-//! The API's document says what everything that is sent and answered looks like.
+//! The API document describes the type of all requests and responses.
 
 use serde_json::{Value, json};
 
-/// What is open on purpose, and why.
+/// Intentionally untyped schemas, with the reason.
 const OPEN: &[(&str, &str)] =
     &[("GET /openapi.json 200", "this document: its own form is OpenAPI's to say, not this API's")];
 
-/// Adds the places below `place` of which `schema` says nothing but that they are JSON, or an object of anything.
+/// Adds the paths below `place` for which `schema` only states JSON or an arbitrary object.
 fn find_untyped(schema: &Value, place: &str, untyped: &mut Vec<String>) {
     let parts = |key: &str| schema[key].as_array().into_iter().flatten();
     let types: Vec<&str> = match &schema["type"] {
@@ -33,7 +33,7 @@ fn find_untyped(schema: &Value, place: &str, untyped: &mut Vec<String>) {
     }
 }
 
-/// The bodies that an operation takes and gives, and what each of its parameters is.
+/// The schemas of bodies and parameters of an operation.
 fn schemas_of<'a>(place: &str, operation: &'a Value) -> Vec<(String, &'a Value)> {
     let mut schemas = Vec::new();
     let mut add = |name: String, contents: &'a Value| {
@@ -67,7 +67,7 @@ fn untyped_of(document: &Value) -> Vec<String> {
 }
 
 #[test]
-fn what_is_sent_and_answered_has_a_type() {
+fn requests_and_responses_are_typed() {
     let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/openapi.json");
     let document: Value = serde_json::from_str(&std::fs::read_to_string(document).unwrap()).unwrap();
     assert!(document["components"]["schemas"].as_object().unwrap().len() > 100);
@@ -76,7 +76,7 @@ fn what_is_sent_and_answered_has_a_type() {
 }
 
 #[test]
-fn whatever_is_untyped_is_found() {
+fn untyped_schemas_are_detected() {
     let either =
         json!({ "oneOf": [{ "type": "null" }, { "properties": { "d": { "type": "array" } }, "type": "object" }] });
     let document = json!({
