@@ -491,7 +491,7 @@ export interface paths {
         };
         /** Returns the laser: state, power, interlock. */
         get: operations["get_laser"];
-        /** Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive. */
+        /** Sets the laser power as a fraction of full power; 0 turns it off. The laser is on only while frames arrive. */
         put: operations["set_laser"];
         post?: never;
         delete?: never;
@@ -1957,9 +1957,9 @@ export interface components {
             rms_px?: number | null;
             /**
              * Format: double
-             * @description Share of saturated pixels.
+             * @description Fraction of saturated pixels.
              */
-            saturated_share: number;
+            saturated_fraction: number;
             /**
              * Format: int64
              * @description Sequence number of the frame, as in the live stream.
@@ -2000,9 +2000,9 @@ export interface components {
             rms_px?: number | null;
             /**
              * Format: double
-             * @description Share of saturated pixels.
+             * @description Fraction of saturated pixels.
              */
-            saturated_share: number;
+            saturated_fraction: number;
             /**
              * Format: double
              * @description Angle between the board and the image plane; available once the camera is estimated.
@@ -2011,10 +2011,10 @@ export interface components {
         };
         /** @description The fit of one board image. */
         BoardImageFitDto: {
+            /** @description The image. */
+            image: string;
             /** @description Number of corners. */
             n_corners: number;
-            /** @description The image. */
-            picture: string;
             /**
              * Format: double
              * @description RMS reprojection error of its corners.
@@ -2176,6 +2176,8 @@ export interface components {
              * @description Nearest depth (z of the camera frame) at which the board was seen.
              */
             depth_near_mm: number;
+            /** @description The board images. */
+            images: components["schemas"]["BoardImageFitDto"][];
             /** @description Why k3 was estimated or not, in a sentence. */
             k3_reason: string;
             /** @description Images that were left out and why, in sentences. */
@@ -2193,8 +2195,6 @@ export interface components {
             n_poses: number;
             /** @description Number of stage views. */
             n_stage_views: number;
-            /** @description The board images. */
-            pictures: components["schemas"]["BoardImageFitDto"][];
             stage?: components["schemas"]["StageSummaryDto"] | null;
             /**
              * Format: double
@@ -2237,7 +2237,7 @@ export interface components {
             /** @description Whether the device is connected. */
             connected: boolean;
             /** @description How frames are corrected for what the sensor shows without light. */
-            dark_frame: components["schemas"]["DarkUseDto"];
+            dark_frame: components["schemas"]["DarkFrameUseDto"];
             /** @description Vendor, model and serial number. */
             identity: components["schemas"]["IdentityDto"];
             /**
@@ -2965,7 +2965,7 @@ export interface components {
              */
             taken_at_ms: number;
             /** @description Whether frames at the current settings are corrected by it. */
-            used: components["schemas"]["DarkUseDto"];
+            used: components["schemas"]["DarkFrameUseDto"];
             /** @description Columns. */
             width_px: number;
         };
@@ -2973,7 +2973,7 @@ export interface components {
          * @description How frames are corrected for what the sensor shows without light.
          * @enum {string}
          */
-        DarkUseDto: "no_dark_frame" | "other_camera" | "other_format" | "hot_pixels" | "whole";
+        DarkFrameUseDto: "no_dark_frame" | "other_camera" | "other_format" | "hot_pixels" | "full";
         /** @description Deliveries changed by a user; the subject is the name of the door. */
         DeliveriesChanged: components["schemas"]["Initiator"] & {
             /** @description Numbers of the events. */
@@ -3495,7 +3495,7 @@ export interface components {
             laser_exposure_us: number;
             /**
              * Format: double
-             * @description Share of full laser power, above 0 and at most 1.
+             * @description Fraction of full laser power, above 0 and at most 1.
              */
             laser_power: number;
         };
@@ -4110,7 +4110,7 @@ export interface components {
             light: components["schemas"]["LaserLightDto"];
             /**
              * Format: double
-             * @description Current power, share of full power.
+             * @description Current power, fraction of full power.
              */
             power: number;
             powers?: components["schemas"]["RangeDto"] | null;
@@ -4129,9 +4129,9 @@ export interface components {
             problem?: string | null;
             /**
              * Format: double
-             * @description Share of saturated pixels.
+             * @description Fraction of saturated pixels.
              */
-            saturated_share: number;
+            saturated_fraction: number;
         };
         /**
          * @description Whether the laser emits.
@@ -4142,7 +4142,7 @@ export interface components {
         LaserSwitched: components["schemas"]["Initiator"] & {
             /**
              * Format: double
-             * @description Share of full power, 0 to 1.
+             * @description Fraction of full power, 0 to 1.
              */
             power: number;
         };
@@ -4796,7 +4796,7 @@ export interface components {
         LiveView: components["schemas"]["Initiator"] & {
             /**
              * Format: double
-             * @description Share of full laser power, 0 to 1.
+             * @description Fraction of full laser power, 0 to 1.
              */
             laser_power: number;
         };
@@ -6342,7 +6342,7 @@ export interface components {
             keep_frames?: boolean;
             /**
              * Format: double
-             * @description Laser power, share of full power; default: chosen by the station.
+             * @description Laser power, fraction of full power; default: chosen by the station.
              */
             laser_power?: number | null;
             /** @description What is measured in the same job. */
@@ -6448,7 +6448,7 @@ export interface components {
             keep_frames: boolean;
             /**
              * Format: double
-             * @description Share of full laser power, 0–1.
+             * @description Fraction of full laser power, 0–1.
              */
             laser_power: number;
             /**
@@ -6539,7 +6539,7 @@ export interface components {
             /** @default null */
             closure: components["schemas"]["ClosureDto"] | null;
             /** @default null */
-            dark_frame: components["schemas"]["DarkUseDto"] | null;
+            dark_frame: components["schemas"]["DarkFrameUseDto"] | null;
             /** @default null */
             envelope: components["schemas"]["EnvelopeDto"] | null;
             /** @default null */
@@ -6649,7 +6649,7 @@ export interface components {
             keep_frames?: boolean | null;
             /**
              * Format: double
-             * @description Share of full laser power, 0–1.
+             * @description Fraction of full laser power, 0–1.
              */
             laser_power?: number | null;
             /**
@@ -6770,7 +6770,7 @@ export interface components {
             keep_frames?: boolean;
             /**
              * Format: double
-             * @description Laser power, share of full power; default: chosen by the station.
+             * @description Laser power, fraction of full power; default: chosen by the station.
              */
             laser_power?: number | null;
             mode?: components["schemas"]["ScanModeDto"] | null;
@@ -6876,7 +6876,7 @@ export interface components {
              * @description Rows captured in this time.
              * @default null
              */
-            rows_taken: number | null;
+            n_rows: number | null;
             /**
              * Format: double
              * @description Time in it spent neither moving nor exposing.
@@ -7027,7 +7027,7 @@ export interface components {
         SetLaserDto: {
             /**
              * Format: double
-             * @description Share of full power; 0 is off. The laser is on only while frames arrive.
+             * @description Fraction of full power; 0 is off. The laser is on only while frames arrive.
              */
             power: number;
         };
@@ -7035,7 +7035,7 @@ export interface components {
         SetLiveDto: {
             /**
              * Format: double
-             * @description Share of full laser power; 0 is off.
+             * @description Fraction of full laser power; 0 is off.
              */
             laser_power?: number;
             /** @description Whether the live view runs. */
@@ -7339,7 +7339,7 @@ export interface components {
             keep_frames?: boolean;
             /**
              * Format: double
-             * @description Laser power, share of full power; default: chosen by the station.
+             * @description Laser power, fraction of full power; default: chosen by the station.
              */
             laser_power?: number | null;
             /** @description What is measured in the same job; the verdict does not depend on a connected client. */
@@ -7670,9 +7670,9 @@ export interface components {
             std_dev: number;
             /**
              * Format: double
-             * @description Share of the tolerance that the scatter may fill.
+             * @description Fraction of the tolerance that the scatter may fill.
              */
-            tolerance_share: number;
+            tolerance_fraction: number;
             /** @description Unit of all values. */
             unit: string;
             /** @description Capable if there are at least 50 values, and Cg and Cgk are at least 1.33. */
@@ -7682,12 +7682,12 @@ export interface components {
         VariationDto: {
             /**
              * Format: double
-             * @description Six standard deviations as a share of the tolerance, per cent; absent without two limits.
+             * @description Six standard deviations as a fraction of the tolerance, per cent; absent without two limits.
              */
             percent_of_tolerance?: number | null;
             /**
              * Format: double
-             * @description Share of the total variation, per cent.
+             * @description Fraction of the total variation, per cent.
              */
             percent_of_total: number;
             /**
