@@ -5745,13 +5745,15 @@ export interface components {
             /** @description In order of capture. */
             items: components["schemas"]["ProfileItemDto"][];
         };
-        /** @description Nominal values of laser and grating. */
+        /** @description Nominal values of the line projector. Without `kind` it is a laser behind a grating. */
         ProjectorDto: {
             /**
              * Format: double
              * @description Groove density of the grating.
              */
             grating_lines_per_mm: number;
+            /** @enum {string} */
+            kind: "grating";
             /** @description Lines run along image `rows` or `columns`. */
             line_direction: string;
             /** @description Orders, from the top (left) of the image. */
@@ -5761,6 +5763,16 @@ export interface components {
              * @description Wavelength of the laser.
              */
             wavelength_nm: number;
+        } | {
+            /** @enum {string} */
+            kind: "planes";
+            /** @description Lines run along image `rows` or `columns`. */
+            line_direction: string;
+            /** @description Number of lines, 1 to 41; they are numbered from 0, from the top (left) of the image. */
+            lines: number;
+        } | {
+            /** @enum {string} */
+            kind: "cross";
         };
         /** @description Request to publish a version of a recipe. */
         PublishRecipeDto: {
@@ -6911,7 +6923,7 @@ export interface components {
             name: string;
             /** @description Captured poses of the board. */
             poses: components["schemas"]["SessionPoseDto"][];
-            /** @description Laser and grating. */
+            /** @description Nominal values of the line projector. */
             projector: components["schemas"]["ProjectorDto"];
             /** @description The board on the stage, at several positions. */
             stage_views: components["schemas"]["SessionStageViewDto"][];
@@ -6924,7 +6936,7 @@ export interface components {
         SessionDefaultsDto: {
             /** @description Exposure settings. */
             exposures: components["schemas"]["ExposuresDto"];
-            /** @description The configured laser and grating. */
+            /** @description The configured line projector. */
             projector: components["schemas"]["ProjectorDto"];
             /** @description The configured board. */
             target: components["schemas"]["TargetDto"];
@@ -7796,7 +7808,7 @@ export interface components {
          * @description Why a watch has its state, as a code that clients translate.
          * @enum {string}
          */
-        WatchReasonDto: "steps_lost" | "no_steps_lost" | "loss_undetectable" | "little_overlap" | "no_wavelength" | "wavelength_stable" | "wavelength_corrected" | "wavelength_or_tilt" | "no_slopes" | "scale_stable" | "scale_wrong" | "little_unsaturated_overlap" | "reference_incomplete" | "powers_stable" | "grating_rotated" | "grating_dirty" | "power_loss";
+        WatchReasonDto: "steps_lost" | "no_steps_lost" | "loss_undetectable" | "little_overlap" | "no_wavelength" | "wavelength_stable" | "wavelength_corrected" | "wavelength_or_tilt" | "no_slopes" | "scale_stable" | "scale_wrong" | "little_unsaturated_overlap" | "reference_incomplete" | "powers_stable" | "grating_rotated" | "grating_dirty" | "power_loss" | "one_line";
         /**
          * @description State of a watch.
          * @enum {string}

@@ -132,8 +132,22 @@ pub enum ConfigError {
         /// The settings to write instead.
         lines: String,
     },
+    /// A value that is invalid or missing for this kind of projector.
+    #[error("{key} cannot be {found} ({origin}): projector.kind is {kind}")]
+    BadProjector {
+        /// The key.
+        key: String,
+        /// The value.
+        found: String,
+        /// Where.
+        origin: Origin,
+        /// Kind of the projector.
+        kind: &'static str,
+        /// The allowed values.
+        expected: String,
+    },
     /// A kind of projector that a station does not support.
-    #[error("projector.kind is {found} ({origin}), but a station supports only a laser behind a grating")]
+    #[error("projector.kind is {found} ({origin}), but the lines of a station run the same way")]
     OtherProjector {
         /// The value.
         found: String,
@@ -154,7 +168,9 @@ impl Remedy for ConfigError {
             Self::Unreadable { .. } => "give a readable file with --config".into(),
             Self::NotToml { .. } => "correct the file (TOML)".into(),
             Self::UnknownKey { hint, .. } => hint.into(),
-            Self::BadValue { expected, .. } => format!("give {expected}").into(),
+            Self::BadValue { expected, .. } | Self::BadProjector { expected, .. } => {
+                format!("give {expected}").into()
+            }
             Self::BadTarget { why, .. } => return why.remedy(),
             Self::BadEntry { .. } | Self::BadDoor { .. } => {
                 "correct the entry; server/docs/service/doors.md describes the settings of doors".into()
@@ -168,9 +184,9 @@ impl Remedy for ConfigError {
             }
             Self::OldKind { lines, .. } => format!("write\n{lines}").into(),
             Self::OtherProjector { .. } => {
-                "lasers without a grating, and lines that cross, are calibrated and scanned \
-                from captures: record the images, write the projector's kind in capture.json, then use \
-                `sheaf calibrate` and `sheaf scan`; here leave projector.kind out"
+                "lines that cross are calibrated and scanned from captures: record the images, write the \
+                projector's kind in capture.json, then use `sheaf calibrate` and `sheaf scan`; here give grating \
+                or planes"
                     .into()
             }
             Self::DataInside { .. } => "use --data or SHEAF_DATA".into(),
@@ -196,10 +212,12 @@ impl ConfigError {
         }
     }
 
-    /// Refuses `projector.kind`, which exists only in captures: a station supports only a grating.
+    /// Refuses lines that cross, which exist only in captures.
     pub fn refuse_projector_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), Self> {
         match key {
-            "projector.kind" => Err(Self::OtherProjector { found: format!("\"{kind}\""), origin: origin.clone() }),
+            "projector.kind" if kind == "cross" => {
+                Err(Self::OtherProjector { found: format!("\"{kind}\""), origin: origin.clone() })
+            }
             _ => Ok(()),
         }
     }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use capture::ProjectorError;
 use config::{Map, Source, Value, ValueKind};
 
 use crate::config::layer::{Layer, is_service_variable};
@@ -65,7 +66,8 @@ pub fn effective(
         let (found, origin) = (format!("\"{}\"", value(&key)), Origin::of(&value(&key)));
         ConfigError::BadValue { key, found, origin, expected }
     })?;
-    let station = station_devices(&read.station).map_err(|why| {
+    check_projector(&read, &value)?;
+    let station = station_devices(&read.station()).map_err(|why| {
         let chosen = value(&why.key());
         ConfigError::no_station(why, &chosen.to_string(), Origin::of(&chosen))
     })?;
@@ -93,6 +95,23 @@ pub fn effective(
     Ok(Effective { values: values.collect(), config: read.with(station) })
 }
 
+/// Refuses a projector whose values do not fit its kind.
+fn check_projector(read: &Settings, value: &dyn Fn(&str) -> Value) -> Result<(), ConfigError> {
+    let projector = read.projector.projector();
+    let lines = value("projector.lines");
+    let error = match projector.check() {
+        Err(error) => error,
+        Ok(()) if projector.kind() == "grating" && read.projector.lines != 0 => {
+            let allowed = "projector.kind = \"planes\" for independent lines, or leave lines out".to_owned();
+            ProjectorError { entry: "lines", found: lines.to_string(), allowed }
+        }
+        Ok(()) => return Ok(()),
+    };
+    let key = format!("projector.{}", error.entry);
+    let (kind, origin) = (projector.kind(), Origin::of(&value(&key)));
+    Err(ConfigError::BadProjector { key, found: error.found, origin, kind, expected: error.allowed })
+}
+
 /// Key of the value that could not be read.
 fn key_of(error: &config::ConfigError) -> String {
     match error {
@@ -103,8 +122,8 @@ fn key_of(error: &config::ConfigError) -> String {
     }
 }
 
-/// List, position in it (from 1) and reason, if the error is about an entry of a list of tables. The crate writes ``unknown field `prot` … for key `doors.modbus[0]` `` and `missing configuration field
-/// "doors.modbus[0]listen"`.
+/// List, position in it (from 1) and reason, if the error is about an entry of a list of tables. The crate writes
+/// ``unknown field `prot` … for key `doors.modbus[0]` `` and `missing configuration field "doors.modbus[0]listen"`.
 fn entry_of(error: &str) -> Option<(String, usize, String)> {
     let (before, place) = error.split_at(error.find("doors.")?);
     let (key, rest) = place.split_once('[')?;

@@ -81,14 +81,37 @@ fn errors_state_place_and_remedy() {
 }
 
 #[test]
-fn a_projector_without_a_grating_is_refused_with_a_remedy() {
-    for kind in ["cross", "planes"] {
-        let remedy = ["projector.kind", kind, "laser behind a grating", "capture.json", "sheaf calibrate"];
-        let in_file = with_file(&format!("[projector]\nkind = \"{kind}\""), &[], &[]);
-        refused(in_file, &[&remedy[..], &["line 2"]].concat());
-        refused(with_file("", &[], &[&format!("projector.kind={kind}")]), &remedy);
-        refused(with_file("", &[("SHEAF_PROJECTOR__KIND", kind)], &[]), &remedy);
-    }
+fn independent_lasers_are_configured_by_kind_and_number() {
+    let lasers = "[projector]\nkind = \"planes\"\nlines = 2\nline_direction = \"columns\"";
+    let app = with_file(lasers, &[], &[]).unwrap().config.app;
+    let planes =
+        capture::PlanesProjector { lines: 2, line_direction: Some("columns".to_owned()), switched: false };
+    assert_eq!(app.projector, capture::Projector::Planes(planes.clone()));
+    assert_eq!(app.station.twin.as_ref().unwrap().settings().lasers, Some(planes), "the twin has the same lasers");
+    let one = with_file("", &[("SHEAF_PROJECTOR__LINES", "1")], &["projector.kind=planes"]).unwrap().config.app;
+    assert_eq!(one.projector.orders(), [0]);
+}
+
+#[test]
+fn a_projector_whose_values_do_not_fit_its_kind_is_refused_by_entry() {
+    let missing = with_file("[projector]\nkind = \"planes\"", &[], &[]);
+    refused(missing, &["projector.lines cannot be 0", "default", "projector.kind is planes", "1 to 41"]);
+    let many = with_file("[projector]\nkind = \"planes\"\nlines = 42", &[], &[]);
+    refused(many, &["projector.lines", "line 3", "0 to 41"]);
+    let no_kind = with_file("[projector]\nlines = 1", &[], &[]);
+    refused(no_kind, &["projector.lines cannot be 1", "line 2", "is grating", "kind = \"planes\""]);
+    let twice = with_file("[projector]\norders = [0, 0]", &[], &[]);
+    refused(twice, &["projector.orders cannot be [0, 0]", "line 2", "each order once"]);
+    refused(with_file("[projector]\nkind = \"fan\"", &[], &[]), &["projector.kind", "line 2", "grating, planes"]);
+}
+
+#[test]
+fn lines_that_cross_are_refused_with_a_remedy() {
+    let remedy = ["projector.kind", "cross", "run the same way", "capture.json", "sheaf calibrate"];
+    let in_file = with_file("[projector]\nkind = \"cross\"", &[], &[]);
+    refused(in_file, &[&remedy[..], &["line 2"]].concat());
+    refused(with_file("", &[], &["projector.kind=cross"]), &remedy);
+    refused(with_file("", &[("SHEAF_PROJECTOR__KIND", "cross")], &[]), &remedy);
 }
 
 #[test]
@@ -159,7 +182,7 @@ fn the_defaults_are_those_of_the_simulated_station() {
     let twin = |config: &AppConfig| config.station.twin.as_ref().unwrap().settings().clone();
     assert_eq!(twin(&config.app), twin(&simulated));
     let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
-    assert_eq!(config.app.projector.orders, model.orders);
+    assert_eq!(config.app.projector.orders(), model.orders);
     assert_eq!(config.app.target, twin::poses::usual_target(&model));
     assert!(config.listen.ip().is_loopback());
 }

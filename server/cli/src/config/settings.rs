@@ -5,7 +5,9 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use app::config::AppConfig;
-use capture::{CharucoTarget, ChessboardTarget, CirclesTarget, GratingProjector, SquareMm, Target};
+use capture::{
+    CharucoTarget, ChessboardTarget, CirclesTarget, GratingProjector, PlanesProjector, Projector, SquareMm, Target,
+};
 use http::HttpConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -70,9 +72,15 @@ enum SquareSetting {
     Two(#[schemars(length(min = 2, max = 2), inner(range(min = 0.01, max = 1000.0)))] Vec<f64>),
 }
 
-/// `[projector]`: nominal values of laser and grating.
+/// `[projector]`: nominal values of the line projector.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ProjectorSettings {
+    /// what makes the lines: grating (one laser behind a grating) or planes (independent lasers, or lines of one)
+    #[schemars(extend("enum" = ["grating", "planes"]))]
+    pub kind: String,
+    /// number of independent lines of kind planes
+    #[schemars(range(min = 0, max = 41))]
+    pub lines: usize,
     /// wavelength of the laser
     #[schemars(range(min = 100.0, max = 20_000.0))]
     pub wavelength_nm: f64,
@@ -122,6 +130,8 @@ impl Default for Settings {
                 diameter_mm: 0.0,
             },
             projector: ProjectorSettings {
+                kind: "grating".to_owned(),
+                lines: 0,
                 wavelength_nm: shape.wavelength_nm,
                 grating_lines_per_mm: shape.lines_per_mm,
                 orders: shape.orders,
@@ -150,23 +160,39 @@ impl TargetSettings {
     }
 }
 
+impl ProjectorSettings {
+    /// The projector of that kind; entries of other kinds do not matter.
+    pub fn projector(&self) -> Projector {
+        let line_direction = Some(self.line_direction.clone()).filter(|word| word != "rows");
+        match self.kind.as_str() {
+            "planes" => Projector::Planes(PlanesProjector { lines: self.lines, line_direction, switched: false }),
+            _ => Projector::Grating(GratingProjector {
+                wavelength_nm: self.wavelength_nm,
+                grating_lines_per_mm: self.grating_lines_per_mm,
+                orders: self.orders.clone(),
+                line_direction,
+            }),
+        }
+    }
+}
+
 impl Settings {
+    /// What the drivers are opened with: a simulated station has the configured lasers.
+    pub fn station(&self) -> StationSettings {
+        let mut station = self.station.clone();
+        station.twin.lasers = match self.projector.projector() {
+            Projector::Planes(lasers) => Some(lasers),
+            _ => None,
+        };
+        station
+    }
+
     /// The configuration of a service with these devices.
     pub fn with(self, station: StationDevices) -> Config {
         let Self { listen, data, target, projector, http, doors, .. } = self;
         Config {
             listen,
-            app: AppConfig {
-                data,
-                station,
-                target: target.board(),
-                projector: GratingProjector {
-                    wavelength_nm: projector.wavelength_nm,
-                    grating_lines_per_mm: projector.grating_lines_per_mm,
-                    orders: projector.orders,
-                    line_direction: Some(projector.line_direction).filter(|word| word != "rows"),
-                },
-            },
+            app: AppConfig { data, station, target: target.board(), projector: projector.projector() },
             http: HttpConfig {
                 listen_ip: Some(listen.ip()),
                 allowed_hosts: http.allowed_hosts,

@@ -26,7 +26,7 @@ pub use image_file::{
     ImageFileError, ImageHeader, Photograph, read_grey_image, read_photograph, sha256_of, write_png,
 };
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
-pub use projector::{CrossProjector, GratingProjector, PlanesProjector, Projector};
+pub use projector::{CrossProjector, GratingProjector, PlanesProjector, Projector, ProjectorError};
 pub use stage::{NominalPosition, StageDescription, StageKind};
 pub use target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
 pub use target_check::TargetError;

@@ -1,8 +1,13 @@
 //! `projector` of the manifest: the nominal values of the line projector.
 
+use std::borrow::Cow;
+
+use remedy::Remedy;
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use vision::LineDirection;
+
+use crate::params::{LINES_MAX, ORDER_LIMIT};
 
 /// Value of `line_direction` for lines along image columns.
 pub(crate) const COLUMNS: &str = "columns";
@@ -115,6 +120,71 @@ impl Projector {
             Self::Grating(grating) => grating.line_direction.as_deref(),
             Self::Planes(planes) => planes.line_direction.as_deref(),
             Self::Cross(_) => None,
+        }
+    }
+}
+
+/// The first entry of a projector that is wrong.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("projector.{entry} cannot be {found}")]
+pub struct ProjectorError {
+    /// The entry within the projector.
+    pub entry: &'static str,
+    /// Its value.
+    pub found: String,
+    /// The allowed values.
+    pub allowed: String,
+}
+
+impl Remedy for ProjectorError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(format!("give {}", self.allowed).into())
+    }
+}
+
+impl Projector {
+    /// The name of the kind.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Grating(_) => "grating",
+            Self::Planes(_) => "planes",
+            Self::Cross(_) => "cross",
+        }
+    }
+
+    /// Checks the values by the rules of the manifest.
+    ///
+    /// # Errors
+    /// [`ProjectorError`] names the first entry that is wrong.
+    pub fn check(&self) -> Result<(), ProjectorError> {
+        let within = |entry, right: bool, found: String, allowed: &str| {
+            if right { Ok(()) } else { Err(ProjectorError { entry, found, allowed: allowed.to_owned() }) }
+        };
+        if let Some(word) = self.line_direction() {
+            let known = matches!(word, COLUMNS | ROWS);
+            within("line_direction", known, format!("\"{word}\""), "rows or columns")?;
+        }
+        match self {
+            Self::Grating(grating) => {
+                let positive = |entry, value: f64| {
+                    let right = value > 0.0 && value.is_finite();
+                    within(entry, right, value.to_string(), "a number above 0, from the data sheet")
+                };
+                positive("wavelength_nm", grating.wavelength_nm)?;
+                positive("grating_lines_per_mm", grating.grating_lines_per_mm)?;
+                let orders = &grating.orders;
+                let rising = orders.is_sorted_by(|a, b| a < b) || orders.is_sorted_by(|a, b| a > b);
+                let small = orders.iter().all(|order| order.unsigned_abs() <= ORDER_LIMIT.unsigned_abs());
+                let right = !orders.is_empty() && rising && small;
+                let allowed = format!("each order once, from the top of the image, up to ±{ORDER_LIMIT}");
+                within("orders", right, format!("{orders:?}"), &allowed)
+            }
+            Self::Planes(planes) => {
+                let allowed = format!("the number of lines, 1 to {LINES_MAX}");
+                let right = (1..=LINES_MAX).contains(&planes.lines);
+                within("lines", right, planes.lines.to_string(), &allowed)
+            }
+            Self::Cross(_) => Ok(()),
         }
     }
 }

@@ -70,7 +70,7 @@ impl Http {
         let no_thread = |cause: std::io::Error| {
             Failure::new(FailureKind::Internal, "a thread of the live view cannot be started").because(&cause)
         };
-        let direction = app.config.projector.direction();
+        let direction = app.config.projector.direction_of(0);
         let view = live::view::start(&app.station, app.live.clone(), direction).map_err(no_thread)?;
         let sources = Sources {
             live: app.live.clone(),

@@ -118,6 +118,7 @@ export const health = {
       "Die Ordnungen einer Seite sind gegenüber der anderen stärker geworden: Das Gitter ist verdreht.",
     grating_dirty: "Beide Seiten haben sich gleich geändert: Das Gitter ist verschmutzt; reinigen.",
     power_loss: "Alle Ordnungen sind schwächer: Der Laser altert, oder die Teile sind dunkler.",
+    one_line: "Nicht verfügbar mit nur einer Lichtebene: verglichen wird, was zwei davon erfasst haben.",
   } satisfies Record<Schemas["WatchReasonDto"], string>,
   events: "Ereignisse",
   no_events: "Noch keine Ereignisse.",

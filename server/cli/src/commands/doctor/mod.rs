@@ -18,6 +18,7 @@ use station::StationHandle;
 use station::cancel::CancelFlag;
 use tokio::runtime::Handle;
 use tokio::signal::unix::{SignalKind, signal};
+use vision::LineDirection;
 
 use crate::answer::exit::Exit;
 use crate::arguments::DoctorArgs;
@@ -38,7 +39,7 @@ pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure
         gain_db: args.gain_db,
         frame_rate_hz: args.frame_rate_hz,
         power: args.power,
-        lines_along_rows: config.projector.line_direction.as_deref() != Some("columns"),
+        lines_along_rows: config.projector.direction_of(0) == LineDirection::Rows,
         board: config.target,
     };
     let threads = |cause| Failure::new(FailureKind::Internal, "no threads can be started").because(&cause);

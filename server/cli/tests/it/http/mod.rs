@@ -1,4 +1,4 @@
-//! The REST interface against the real binary: what every client may rely on, whatever it does.
+//! The REST interface of the real binary: guarantees for all clients.
 
 mod calibrating;
 mod configuration;
@@ -6,6 +6,7 @@ mod deleting;
 mod doors;
 mod inspections;
 mod page;
+mod projectors;
 mod protocol;
 mod recordings;
 mod replay;

@@ -35,6 +35,8 @@ pub struct WatchReport {
     pub powers: Option<OrderPowers>,
     /// Extent of the observed surface along the travel, mm.
     pub length_mm: f64,
+    /// The calibration has one light sheet only: nothing can be compared.
+    pub single_line: bool,
 }
 
 /// Runs the watches on an evaluated scan. `None` on stations without a linear stage.
@@ -46,8 +48,9 @@ pub fn watch_scan(evaluation: &Evaluation, calibration: &Calibration) -> Result<
     else {
         return Ok(None);
     };
+    let single_line = calibration.orders.len() < 2;
     let mut samples_of_orders = OrderSamples::new(sampler.clone());
-    let mut report = WatchReport::default();
+    let mut report = WatchReport { single_line, ..WatchReport::default() };
     evaluation.for_each_profile(
         |frame, points, motion, position_mm| (sampler.samples(points, motion, position_mm, frame), position_mm),
         |(samples, position_mm)| {

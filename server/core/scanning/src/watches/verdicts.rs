@@ -71,11 +71,13 @@ pub enum WatchReason {
     GratingDirty,
     /// All orders lost power: the laser ages, or the parts are darker.
     PowerLoss,
+    /// The watch compares light sheets, and the calibration has one.
+    OneLine,
 }
 
 impl WatchReason {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::StepsLost,
         Self::NoStepsLost,
         Self::LossUndetectable,
@@ -93,6 +95,7 @@ impl WatchReason {
         Self::GratingRotated,
         Self::GratingDirty,
         Self::PowerLoss,
+        Self::OneLine,
     ];
 
     /// The code in records, events and the API.
@@ -115,6 +118,7 @@ impl WatchReason {
             Self::GratingRotated => "grating_rotated",
             Self::GratingDirty => "grating_dirty",
             Self::PowerLoss => "power_loss",
+            Self::OneLine => "one_line",
         }
     }
 }
@@ -186,6 +190,11 @@ pub fn verdicts(
     median_sigma_mm: f64,
     reference: Option<&PowerReference>,
 ) -> Vec<WatchVerdict> {
+    if report.single_line {
+        let watches = [Watch::LostSteps, Watch::Wavelength, Watch::OrderPowers, Watch::StageScale];
+        let reason = "not available with one light sheet: the watch compares what two of them observed";
+        return watches.map(|watch| verdict(watch, WatchState::Blind, WatchReason::OneLine, reason)).into();
+    }
     let stated_mm = COVERAGE * median_sigma_mm;
     vec![
         of_lost_steps(report, stated_mm),

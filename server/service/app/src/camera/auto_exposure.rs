@@ -55,7 +55,7 @@ pub async fn auto_exposure<E: From<AppError> + From<StationRefusal>>(
     may_go_on: impl Fn() -> Result<(), E>,
 ) -> Result<(), E> {
     let params =
-        CentrelineParams { line_direction: app.config.projector.direction(), ..CentrelineParams::default() };
+        CentrelineParams { line_direction: app.config.projector.direction_of(0), ..CentrelineParams::default() };
     let mut frames = app.station.watch_frames();
     let mut shortened = false;
     for _ in 0..STEPS {

@@ -4,7 +4,7 @@ pub mod limits;
 
 use std::path::PathBuf;
 
-use capture::{ChessboardTarget, GratingProjector, Target};
+use capture::{ChessboardTarget, GratingProjector, Projector, Target};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 
@@ -19,8 +19,8 @@ pub struct AppConfig {
     pub station: StationDevices,
     /// The board used for calibration.
     pub target: Target,
-    /// Nominal values of laser and grating.
-    pub projector: GratingProjector,
+    /// Nominal values of the line projector: laser and grating, or independent lasers.
+    pub projector: Projector,
 }
 
 impl AppConfig {
@@ -41,12 +41,12 @@ impl AppConfig {
             data,
             station: StationDevices::twin(TwinDriver::new(TwinSettings::default())),
             target: ChessboardTarget { inner_columns, inner_rows, square_mm: 12.0.into() }.into(),
-            projector: GratingProjector {
+            projector: Projector::Grating(GratingProjector {
                 wavelength_nm: shape.wavelength_nm,
                 grating_lines_per_mm: shape.lines_per_mm,
                 orders: shape.orders,
                 line_direction: None,
-            },
+            }),
         }
     }
 }

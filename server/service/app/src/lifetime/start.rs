@@ -37,8 +37,9 @@ use tokio_util::sync::CancellationToken;
 const UNPACKED_FOLDER: &str = "unpacked";
 
 impl App {
-    /// Starts all parts of the service except its interfaces, in a safe order: records of a crashed process are updated before the
-    /// station opens, the laser is off before jobs can use the station, and stored jobs are queued before new ones are accepted.
+    /// Starts all parts of the service except its interfaces, in a safe order: records of a crashed process are updated
+    /// before the station opens, the laser is off before jobs can use the station, and stored jobs are queued before new
+    /// ones are accepted.
     ///
     /// # Errors
     /// If the data directory cannot be used.
@@ -59,7 +60,7 @@ impl App {
         let station = StationHandle::start(&config.station, was_halted(&catalogue).await);
         crate::camera::memory::restore(&catalogue, &station).await;
         tokio::spawn(crate::camera::memory::follow(catalogue.clone(), station.clone()));
-        let dark_frames = DarkFrameStore::open(&config.data, &station, config.projector.direction());
+        let dark_frames = DarkFrameStore::open(&config.data, &station, config.projector.direction_of(0));
         let calibrations = Calibrations::new(catalogue.clone(), artifacts.clone(), live.clone(), station.clone());
         if let Err(error) = calibrations.load_active().await {
             // Scans are refused with the same message; captures, downloads and new calibrations work.

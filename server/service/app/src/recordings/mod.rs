@@ -333,7 +333,7 @@ impl Recordings {
             simulated: status.simulated.map(str::to_owned),
             started_at_ms: now_ms(),
             target: parts.config.target.clone(),
-            projector: parts.config.projector.clone().into(),
+            projector: parts.config.projector.clone(),
             stage: capture::StageDescription { kind: stage, angle_sigma_deg: None },
         };
         Ok((header, calibration))

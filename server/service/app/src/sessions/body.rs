@@ -1,6 +1,6 @@
 //! The content of a calibration session: target, projector, images and their detections.
 
-use capture::{GratingProjector, Target};
+use capture::{Projector, Target};
 use optics::StagePosition;
 use store::SessionRecord;
 
@@ -30,8 +30,8 @@ pub struct SessionBody {
     pub name: String,
     /// The calibration board.
     pub target: Target,
-    /// Laser and grating.
-    pub projector: NominalProjector,
+    /// Nominal values of the line projector.
+    pub projector: Projector,
     /// Exposure settings.
     pub exposures: Exposures,
     /// Image width; 0 before the first image.
@@ -46,19 +46,6 @@ pub struct SessionBody {
     pub camera: CameraSoFar,
     /// The calibration job started from this session.
     pub job_id: Option<String>,
-}
-
-/// Nominal values of laser and grating.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NominalProjector {
-    /// Wavelength of the laser.
-    pub wavelength_nm: f64,
-    /// Groove density of the grating.
-    pub grating_lines_per_mm: f64,
-    /// Orders, from the top (left) of the image.
-    pub orders: Vec<i8>,
-    /// Lines run along image `rows` or `columns`.
-    pub line_direction: String,
 }
 
 /// A stored image.
@@ -158,28 +145,6 @@ impl LaserImage {
     /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         self.n_segments > 0
-    }
-}
-
-impl From<NominalProjector> for GratingProjector {
-    fn from(sheet: NominalProjector) -> Self {
-        Self {
-            wavelength_nm: sheet.wavelength_nm,
-            grating_lines_per_mm: sheet.grating_lines_per_mm,
-            orders: sheet.orders,
-            line_direction: (sheet.line_direction != "rows").then_some(sheet.line_direction),
-        }
-    }
-}
-
-impl From<GratingProjector> for NominalProjector {
-    fn from(projector: GratingProjector) -> Self {
-        Self {
-            wavelength_nm: projector.wavelength_nm,
-            grating_lines_per_mm: projector.grating_lines_per_mm,
-            orders: projector.orders,
-            line_direction: projector.line_direction.unwrap_or_else(|| "rows".to_owned()),
-        }
     }
 }
 

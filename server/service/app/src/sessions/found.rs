@@ -54,8 +54,7 @@ pub fn board_in(image: &GreyImage, stored: SessionImage, target: &Target) -> Boa
 }
 
 /// Detects laser lines.
-pub fn lines_in(image: &GreyImage, stored: SessionImage, line_direction: &str) -> LaserImage {
-    let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
+pub fn lines_in(image: &GreyImage, stored: SessionImage, line_direction: LineDirection) -> LaserImage {
     let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
     let drawn = lines
         .segments

@@ -16,9 +16,10 @@ use crate::events::{Event, SessionVersion, event};
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-use capture::Target;
+use capture::{Projector, Target};
 use optics::{StageKind, StagePosition};
 use station::cancel::CancelFlag;
+use remedy::Remedy as _;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease, StationStatus};
 use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
@@ -35,8 +36,7 @@ use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 
 pub use body::{
-    BoardImage, CameraSoFar, LaserImage, NominalProjector, Session, SessionBody, SessionImage, SessionPose,
-    SessionStageView,
+    BoardImage, CameraSoFar, LaserImage, Session, SessionBody, SessionImage, SessionPose, SessionStageView,
 };
 pub use detection::BoardDetection;
 pub use needs::{Need, SessionNeeds};
@@ -54,8 +54,8 @@ pub struct NewSession {
     pub name: Option<String>,
     /// The calibration board; default: the configured one.
     pub target: Option<Target>,
-    /// Laser and grating; default: the configured ones.
-    pub projector: Option<NominalProjector>,
+    /// The line projector; default: the configured one.
+    pub projector: Option<Projector>,
     /// Exposure settings.
     pub exposures: Option<Exposures>,
 }
@@ -65,8 +65,8 @@ pub struct NewSession {
 pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
-    /// The configured laser and grating.
-    pub projector: NominalProjector,
+    /// The configured line projector.
+    pub projector: Projector,
     /// Exposure settings.
     pub exposures: Exposures,
 }
@@ -122,7 +122,7 @@ impl Sessions {
     pub fn defaults(&self) -> SessionDefaults {
         SessionDefaults {
             target: self.config.target.clone(),
-            projector: self.config.projector.clone().into(),
+            projector: self.config.projector.clone(),
             exposures: Exposures::default(),
         }
     }
@@ -196,7 +196,7 @@ impl Sessions {
             drop(camera);
             let board = sessions.keep_board(&board, body)?;
             let stored = sessions.keep(&laser)?;
-            let laser = found::lines_in(&laser.image, stored, &body.projector.line_direction);
+            let laser = found::lines_in(&laser.image, stored, body.projector.direction_of(0));
             body.poses.push(SessionPose { id: new_id(), board, laser: Some(laser) });
             camera_so_far::learn_camera(body);
             Ok(())
@@ -397,19 +397,17 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
         let place = format!("/target/{}", error.entry());
         AppError::from(error).at(place)
     })?;
-    let sheet = &body.projector;
-    if !(sheet.wavelength_nm > 0.0 && sheet.grating_lines_per_mm > 0.0) || sheet.orders.is_empty() {
+    body.projector.check().map_err(|error| {
+        let place = format!("/projector/{}", error.entry);
+        AppError::new(ErrorKind::Impossible, error.to_string())
+            .remedy(error.remedy().unwrap_or_default())
+            .at(place)
+    })?;
+    if body.projector.switched_lines().is_some() || matches!(body.projector, Projector::Cross(_)) {
         return impossible(
-            "a projector needs a wavelength, a grating and orders",
-            "see the data sheet",
-            "/projector",
-        );
-    }
-    if !matches!(sheet.line_direction.as_str(), "rows" | "columns") {
-        return impossible(
-            "lines must run along rows or columns",
-            "give rows or columns",
-            "/projector/line_direction",
+            "a station's lines run the same way and are on together",
+            "calibrate lines that cross, or that are switched on one by one, from a capture",
+            "/projector/kind",
         );
     }
     let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;

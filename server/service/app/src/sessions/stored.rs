@@ -2,15 +2,14 @@
 //!
 //! The stored types list every field of their domain type; `remote` makes the compiler check this.
 
-use capture::Target;
+use capture::{Projector, Target};
 use optics::StagePosition;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::sessions::body::{
-    BoardImage, CameraSoFar, LaserImage, NominalProjector, SessionBody, SessionImage, SessionPose,
-    SessionStageView,
+    BoardImage, CameraSoFar, LaserImage, SessionBody, SessionImage, SessionPose, SessionStageView,
 };
 use crate::sessions::image_capture::Exposures;
 
@@ -34,8 +33,7 @@ struct StoredSessionBody {
     name: String,
     #[serde(deserialize_with = "read_target")]
     target: Target,
-    #[serde(with = "StoredProjector")]
-    projector: NominalProjector,
+    projector: Projector,
     #[serde(with = "StoredExposures")]
     exposures: Exposures,
     width_px: usize,
@@ -47,15 +45,6 @@ struct StoredSessionBody {
     #[serde(with = "StoredCameraSoFar")]
     camera: CameraSoFar,
     job_id: Option<String>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "NominalProjector")]
-struct StoredProjector {
-    wavelength_nm: f64,
-    grating_lines_per_mm: f64,
-    orders: Vec<i8>,
-    line_direction: String,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -201,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_stored_form_of_version_0_1_is_read_and_written_with_the_kind_of_its_board() {
+    fn the_stored_form_of_version_0_1_is_read_and_written_with_the_kinds_of_board_and_projector() {
         let image = json!({ "artifact": "ab", "exposure_us": 800.5, "taken_at_ms": 1_700_000_000_000_i64 });
         let board = json!({ "image": image, "corners": [[0.0, 1.0, 10.5, 20.25, 0.01]], "coverage_cells": [7],
             "corner_sigma_px": 0.02, "saturated_fraction": 0.1, "tilt_deg": 12.5, "distance_mm": 400.0, "rms_px": 0.03,
@@ -238,4 +227,5 @@ mod tests {
         assert_eq!(to_stored(&body), now);
         assert!(from_stored(json!({ "name": "monday" })).is_err());
     }
+        now["projector"]["kind"] = json!("grating");
 }

@@ -1,18 +1,17 @@
-/** Settings of board, laser and grating for a new session. */
+/** Settings of board and line projector for a new session. */
 
 import type { Schemas } from "../../../api/client";
 import type { Target } from "./target";
 
+export type Projector = Schemas["ProjectorDto"];
+
 export interface Draft {
   target: Target;
-  wavelength_nm: number;
-  grating_lines_per_mm: number;
-  orders: number[];
-  line_direction: string;
+  projector: Projector;
 }
 
 export function draftFrom({ target, projector }: Schemas["SessionDefaultsDto"]): Draft {
-  return { target, ...projector };
+  return { target, projector };
 }
 
 /** Parses a list of orders with any minus sign; `undefined` if it is not a list of whole numbers. */

@@ -1,4 +1,4 @@
-/** Before the first image: state of the station, board, laser and grating. */
+/** Before the first image: state of the station, board and line projector. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -6,15 +6,13 @@ import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
-import { NumberField } from "../../../components/fields/number_field";
 import { Show, useLoaded } from "../../../components/loading/loading";
 import { DarkFrameCard } from "../../../components/station/dark_frame_card";
 import { goTo, href } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { orderName } from "../../../theme";
-import { decimal } from "../../../units";
-import { type Draft, draftFrom, ordersFrom } from "../session/new_session";
+import { type Draft, draftFrom } from "../session/new_session";
+import { ProjectorFacts, ProjectorFields } from "../session/projector_form";
 import { TargetFacts, TargetFields } from "../session/target_form";
 import { goToStep, type StepProperties } from "./wizard";
 
@@ -46,7 +44,6 @@ export function StationFacts() {
 export function StationCheck({ session }: StepProperties) {
   const words = text.value.calibration;
   const { target, projector } = session.body;
-  const number = (value: number, digits: number) => decimal(value, digits, language.value);
   return (
     <div class="stack">
       <div class="cards two">
@@ -60,18 +57,7 @@ export function StationCheck({ session }: StepProperties) {
         </section>
         <section class="card">
           <h2>{words.projector}</h2>
-          <dl class="facts">
-            <dt>{words.wavelength}</dt>
-            <dd>{number(projector.wavelength_nm, 1)} nm</dd>
-            <dt>{words.grating_lines}</dt>
-            <dd>
-              {number(projector.grating_lines_per_mm, 1)} {words.per_mm}
-            </dd>
-            <dt>{words.orders}</dt>
-            <dd>{projector.orders.map(orderName).join(", ")}</dd>
-            <dt>{words.direction}</dt>
-            <dd>{projector.line_direction === "columns" ? words.columns : words.rows}</dd>
-          </dl>
+          <ProjectorFacts projector={projector} />
         </section>
         <DarkFrameCard />
       </div>
@@ -121,8 +107,7 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
   const today = new Date().toLocaleDateString(language.value);
   const name = useSignal(words.name_initial(today));
   const draft = useSignal<Draft>(defaults);
-  const orders_text = useSignal(defaults.orders.map(orderName).join(", "));
-  const orders = ordersFrom(orders_text.value);
+  const orders_wrong = useSignal(false);
   const form = useForm();
   const change = (part: Partial<Draft>) => {
     draft.value = { ...draft.value, ...part };
@@ -130,23 +115,18 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
   const begin = useMemo(
     () =>
       new Command(async () => {
-        const { target, ...projector } = draft.value;
+        const { target, projector } = draft.value;
         const session = await data(
           api.POST("/api/v1/calibration-sessions", {
             headers: { "Idempotency-Key": idempotencyKey() },
-            body: {
-              exposures: null,
-              name: name.value,
-              target,
-              projector: { ...projector, orders: ordersFrom(orders_text.value) ?? projector.orders },
-            },
+            body: { exposures: null, name: name.value, target, projector },
           }),
         );
         goTo("calibration", session.id);
       }),
     [api],
   );
-  const { target, wavelength_nm, grating_lines_per_mm } = draft.value;
+  const { target, projector } = draft.value;
   return (
     <form class="stack" onSubmit={(event) => event.preventDefault()}>
       <p class="muted">{words.defaults_of_station}</p>
@@ -158,45 +138,14 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
         <section class="card stack">
           <h2>{words.projector}</h2>
           <p class="muted">{words.projector_hint}</p>
-          <NumberField
+          <ProjectorFields
             form={form}
-            label={words.wavelength}
-            unit="nm"
-            value={wavelength_nm}
-            min={200}
-            max={3000}
-            onChange={(value) => value !== undefined && change({ wavelength_nm: value })}
+            projector={projector}
+            onChange={(projector) => change({ projector })}
+            onOrders={(right) => {
+              orders_wrong.value = !right;
+            }}
           />
-          <NumberField
-            form={form}
-            label={words.grating_lines}
-            unit={words.per_mm}
-            value={grating_lines_per_mm}
-            min={0.1}
-            max={10_000}
-            onChange={(value) => value !== undefined && change({ grating_lines_per_mm: value })}
-          />
-          <label class="field">
-            <span>{words.orders}</span>
-            <input
-              value={orders_text.value}
-              aria-invalid={orders ? undefined : "true"}
-              onInput={(event) => {
-                orders_text.value = event.currentTarget.value;
-              }}
-            />
-            {!orders && <span class="wrong">{words.orders_wrong}</span>}
-          </label>
-          <label class="field">
-            <span>{words.direction}</span>
-            <select
-              value={draft.value.line_direction}
-              onChange={(event) => change({ line_direction: event.currentTarget.value })}
-            >
-              <option value="rows">{words.rows}</option>
-              <option value="columns">{words.columns}</option>
-            </select>
-          </label>
         </section>
       </div>
       <label class="field session-name">
@@ -213,7 +162,7 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
         <CommandButton
           command={begin}
           kind="primary"
-          blocked={form.blocked.value ?? (!orders && words.orders_wrong)}
+          blocked={form.blocked.value ?? (orders_wrong.value && words.orders_wrong)}
         >
           {words.create_session}
         </CommandButton>

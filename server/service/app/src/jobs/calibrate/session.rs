@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{
-    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StageDescription, StageView, params::FORMAT,
-};
+use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageDescription, StageView, params::FORMAT};
 use store::{ArtifactId, StoreError};
 
 use crate::error::AppError;
@@ -47,7 +45,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         background: None,
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: body.target.clone(),
-        projector: GratingProjector::from(body.projector.clone()).into(),
+        projector: body.projector.clone(),
         poses,
         stage_views,
         scans: Vec::new(),

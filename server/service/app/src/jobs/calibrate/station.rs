@@ -147,7 +147,7 @@ fn manifest(
         background: None,
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
         target: config.target.clone(),
-        projector: config.projector.clone().into(),
+        projector: config.projector.clone(),
         poses,
         stage_views,
         scans: Vec::new(),

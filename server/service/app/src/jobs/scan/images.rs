@@ -70,7 +70,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
             channel: ChannelChoice::Auto,
         },
         target: config.target.clone(),
-        projector: config.projector.clone().into(),
+        projector: config.projector.clone(),
         poses: Vec::new(),
         stage_views: Vec::new(),
         scans: vec![Scan {

@@ -151,7 +151,7 @@ fn header(planned: &ScanPlan, ctx: &StationContext) -> PeaksHeader {
     PeaksHeader {
         width_px: roi.width_px as u32,
         height_px: roi.height_px as u32,
-        line_direction: ctx.config.projector.direction(),
+        line_direction: ctx.config.projector.direction_of(0),
         stage: planned.range.stage,
     }
 }

@@ -4,9 +4,11 @@
 
 use crate::error::ErrorKind;
 use calibration::CalibrationDocument;
+use capture::{GratingProjector, PlanesProjector, Projector};
 use optics::{Calibration, StageKind, StagePosition};
 use store::ArtifactId;
-use twin::Scene;
+use twin::{ProjectorShape, Scene};
+use vision::LineDirection;
 
 use super::*;
 use crate::access::principal::Principal;
@@ -77,6 +79,28 @@ async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_rest
     // The error is one sample of a distribution with its stated σ: 2 σ covers 95 %.
     assert!(rmse_mm < SYSTEMATIC_MM && rmse_mm < 2.0 * sigma_mm, "{rmse_mm} mm, σ {sigma_mm} mm");
     assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn independent_lasers_are_calibrated_as_one_plane_each() {
+    for (lines, line_direction) in [(1, LineDirection::Rows), (2, LineDirection::Columns)] {
+        let projector = ProjectorShape::Lasers { lines };
+        let shape = StationShape { projector, line_direction, ..StationShape::default() };
+        let direction = GratingProjector::name_of(line_direction);
+        let planes = PlanesProjector { lines, line_direction: direction, switched: false };
+        let bench = Bench::with(&shape, |config| config.projector = Projector::Planes(planes)).await;
+        let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
+        let id = calibrated(&jobs, from_station()).await;
+        let (_, document) = document(&bench, &id).await;
+        let calibration = document.calibration();
+        let optics::LightSurfaces::Planes(found) = &calibration.light else { panic!("{:?}", calibration.light) };
+        assert_eq!(found.len(), lines);
+        let rmse_mm = systematic_rmse_mm(&bench, &calibration);
+        let summary = bench.parts.catalogue.read().calibration(&id).await.unwrap().summary;
+        let sigma_mm = summary["systematic_sigma_mm"].as_f64().unwrap();
+        println!("{lines} lasers: systematic depth error {rmse_mm:.4} mm, its own sigma {sigma_mm:.4} mm");
+        assert!(rmse_mm < SYSTEMATIC_MM && rmse_mm < 2.0 * sigma_mm, "{rmse_mm} mm, σ {sigma_mm} mm");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -199,7 +223,7 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     let bench = Bench::new(&shape).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, CalibrateInput { n_poses: Some(8), ..from_station() }).await;
-    axis_is_true(&bench, &document(&bench, &id).await.1.calibration());
+    check_axis(&bench, &document(&bench, &id).await.1.calibration());
 
     let parts = bench.parts.clone();
     let sessions = Sessions::new(
@@ -225,11 +249,11 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     let input = solve_input(&sessions, &session, SolveSession::default()).await.unwrap();
     let job = jobs.submit(input, "test").await.unwrap();
     let record = ended(&jobs, &job.id).await.record;
-    axis_is_true(&bench, &document(&bench, &record.result.unwrap().id).await.1.calibration());
+    check_axis(&bench, &document(&bench, &record.result.unwrap().id).await.1.calibration());
 }
 
 /// Direction and position of the axis are within 4 σ of the truth.
-fn axis_is_true(bench: &Bench, calibration: &Calibration) {
+fn check_axis(bench: &Bench, calibration: &Calibration) {
     let found = calibration.stage.unwrap().rotary().unwrap();
     let truth = bench.parts.station.simulation().unwrap().model().stage.rotary().unwrap();
     let (first, second) = optics::rotation::completing_frame(&found.direction);

@@ -4,6 +4,7 @@ pub mod calibration_documents;
 pub mod calibration_summaries;
 pub mod calibrations;
 pub mod differences;
+pub mod projector;
 pub mod residuals;
 pub mod session_bodies;
 pub mod sessions;

@@ -4,7 +4,8 @@ use optics::StagePosition;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::calibration::projector::ProjectorDto;
+use crate::wire::calibration::session_bodies::{ExposuresDto, SessionBodyDto, SessionNeedsDto};
 use crate::wire::calibration::target::TargetDto;
 use app::error::{AppError, ErrorKind};
 use app::jobs::calibrate::SolveSession;
@@ -43,7 +44,7 @@ pub struct NewSessionDto {
     pub name: Option<String>,
     /// The calibration board; default: the configured one.
     pub target: Option<TargetDto>,
-    /// Laser and grating; default: the configured ones.
+    /// The line projector; default: the configured one.
     pub projector: Option<ProjectorDto>,
     /// Exposure settings.
     pub exposures: Option<ExposuresDto>,
@@ -66,7 +67,7 @@ impl From<NewSessionDto> for NewSession {
 pub struct SessionDefaultsDto {
     /// The configured board.
     pub target: TargetDto,
-    /// The configured laser and grating.
+    /// The configured line projector.
     pub projector: ProjectorDto,
     /// Exposure settings.
     pub exposures: ExposuresDto,

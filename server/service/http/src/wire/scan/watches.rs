@@ -70,6 +70,8 @@ pub enum WatchReasonDto {
     GratingDirty,
     /// All orders lost power: the laser ages, or the parts are darker.
     PowerLoss,
+    /// The watch compares light sheets, and the calibration has one.
+    OneLine,
 }
 
 /// Result of one watch on a scan.

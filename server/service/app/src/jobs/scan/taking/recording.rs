@@ -157,7 +157,7 @@ impl Recorder<'_> {
 
     fn extract_lines(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
         let params = CentrelineParams {
-            line_direction: self.ctx.config.projector.direction(),
+            line_direction: self.ctx.config.projector.direction_of(0),
             ..CentrelineParams::default()
         };
         let (mut extractor, mut shorter) = (CentrelineExtractor::default(), Vec::new());

@@ -3,9 +3,10 @@
 mod images;
 mod needs;
 
+use app::sessions::SessionBody;
 use app::sessions::image_capture::Exposures;
-use app::sessions::{NominalProjector, SessionBody};
 
+use crate::wire::calibration::projector::ProjectorDto;
 use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -20,7 +21,7 @@ pub struct SessionBodyDto {
     pub name: String,
     /// The calibration board.
     pub target: TargetDto,
-    /// Laser and grating.
+    /// Nominal values of the line projector.
     pub projector: ProjectorDto,
     /// Exposure settings.
     pub exposures: ExposuresDto,
@@ -36,19 +37,6 @@ pub struct SessionBodyDto {
     pub camera: CameraEstimateDto,
     /// The calibration job started from this session.
     pub job_id: Option<String>,
-}
-
-/// Nominal values of laser and grating.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub struct ProjectorDto {
-    /// Wavelength of the laser.
-    pub wavelength_nm: f64,
-    /// Groove density of the grating.
-    pub grating_lines_per_mm: f64,
-    /// Orders, from the top (left) of the image.
-    pub orders: Vec<i8>,
-    /// Lines run along image `rows` or `columns`.
-    pub line_direction: String,
 }
 
 /// Exposure times and laser power.
@@ -88,20 +76,6 @@ impl From<SessionBody> for SessionBodyDto {
             camera: camera.into(),
             job_id,
         }
-    }
-}
-
-impl From<NominalProjector> for ProjectorDto {
-    fn from(of: NominalProjector) -> Self {
-        let NominalProjector { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
-        Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
-    }
-}
-
-impl From<ProjectorDto> for NominalProjector {
-    fn from(of: ProjectorDto) -> Self {
-        let ProjectorDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
-        Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }
 
