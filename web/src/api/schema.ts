@@ -2166,6 +2166,7 @@ export interface components {
              * @description Standard deviation of a corner per axis, estimated from the residuals.
              */
             corner_sigma_px: number;
+            correction?: components["schemas"]["ImageCorrectionDto"] | null;
             /**
              * Format: double
              * @description Farthest depth (z of the camera frame) at which the board was seen.
@@ -3707,6 +3708,32 @@ export interface components {
             serial: string;
             /** @description Vendor. */
             vendor: string;
+        };
+        /** @description How the images of a calibration were corrected for what the sensor shows without light. */
+        ImageCorrectionDto: {
+            /** @description The dark frames; none if no image was corrected, several if it was retaken or the gain changed in between. */
+            dark_frames: components["schemas"]["ImageDarkFrameDto"][];
+            /** @description Images that were corrected by a dark frame. */
+            n_corrected: number;
+            /** @description Number of images. */
+            n_images: number;
+        };
+        /** @description A dark frame that images were corrected with. */
+        ImageDarkFrameDto: {
+            /**
+             * Format: double
+             * @description Exposure time of the dark frame.
+             */
+            exposure_us: number;
+            /** @description Its hot pixels, which are replaced. */
+            n_hot_pixels: number;
+            /**
+             * Format: int64
+             * @description When it was taken, ms since 1970 (UTC): identifies it, since a station has one at a time.
+             */
+            taken_at_ms: number;
+            /** @description What was corrected. */
+            used: components["schemas"]["DarkFrameUseDto"];
         };
         /** @description A stored image. */
         ImageDto: {

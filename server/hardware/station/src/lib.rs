@@ -15,7 +15,7 @@ pub use station_thread::{handle, lease};
 pub mod params;
 
 pub use parts::devices::StationDevices;
-pub use shared::dark_frame::{CameraDarkFrame, CameraName, DarkFrameUse};
+pub use shared::dark_frame::{AppliedDarkFrame, CameraDarkFrame, CameraName, DarkFrameUse};
 pub use shared::frame::{SharedFrame, StampedFrame};
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{

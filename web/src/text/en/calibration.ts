@@ -20,6 +20,13 @@ export const calibration = {
   poses: "poses",
   poses_of: (poses: string, lasers: string, views: string) =>
     `${poses} poses, ${lasers} with laser, ${views} stage positions`,
+  dark_frame: "dark frame",
+  dark_frame_none: "none: no image was corrected for hot pixels",
+  dark_frame_unknown: "not known: the images of a capture do not tell",
+  dark_frame_of: (taken: string, exposure: string, hot: string) =>
+    `taken ${taken}, exposure ${exposure}, ${hot} hot pixels`,
+  dark_frame_hot_pixels_only: "fixed-pattern noise not corrected",
+  dark_frame_some: (corrected: string, all: string) => `in ${corrected} of ${all} images`,
   days: (days: number) => (days === 1 ? "1 day" : `${days} days`),
   hours: (hours: number) => (hours === 1 ? "1 hour" : `${hours} hours`),
   minutes: (minutes: number) => (minutes <= 1 ? "just now" : `${minutes} minutes`),

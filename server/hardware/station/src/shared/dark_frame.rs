@@ -1,5 +1,7 @@
 //! The camera's dark frame, and the frames to which it applies.
 
+use std::sync::Arc;
+
 use devices::{CameraSettings, DeviceIdentity, PixelFormat, Roi};
 use vision::{Correction, DarkFrame, GreyImage, LineDirection};
 
@@ -21,6 +23,17 @@ pub struct CameraDarkFrame {
     pub exposure_us: f64,
     /// Direction of the laser lines.
     pub line_direction: LineDirection,
+    /// When it was taken, ms since 1970 (UTC).
+    pub taken_at_ms: i64,
+}
+
+/// The dark frame that a frame was corrected with.
+#[derive(Debug, Clone)]
+pub struct AppliedDarkFrame {
+    /// The dark frame.
+    pub dark: Arc<CameraDarkFrame>,
+    /// What was corrected: [`DarkFrameUse::HotPixels`] or [`DarkFrameUse::Full`].
+    pub used: DarkFrameUse,
 }
 
 /// Identifies a camera.
@@ -90,15 +103,22 @@ impl CameraDarkFrame {
         }
     }
 
-    /// Corrects a frame of this camera at these settings as far as it applies.
-    pub(crate) fn correct(&self, image: &mut GreyImage, camera: &DeviceIdentity, settings: &CameraSettings) {
-        let wanted = match self.use_for(camera, settings) {
+    /// Corrects a frame of this camera at these settings as far as it applies; `None` if it does not.
+    pub(crate) fn correct(
+        self: &Arc<Self>,
+        image: &mut GreyImage,
+        camera: &DeviceIdentity,
+        settings: &CameraSettings,
+    ) -> Option<AppliedDarkFrame> {
+        let used = self.use_for(camera, settings);
+        let wanted = match used {
             DarkFrameUse::Full => Correction::Full,
             DarkFrameUse::HotPixels => Correction::HotPixels,
-            DarkFrameUse::NoDarkFrame | DarkFrameUse::OtherCamera | DarkFrameUse::OtherFormat => return,
+            DarkFrameUse::NoDarkFrame | DarkFrameUse::OtherCamera | DarkFrameUse::OtherFormat => return None,
         };
         let offset_px = (settings.roi.left_px - self.roi.left_px, settings.roi.top_px - self.roi.top_px);
         // A frame of another size has been refused already.
-        let _ = self.frame.correct(image, offset_px, self.line_direction, wanted);
+        self.frame.correct(image, offset_px, self.line_direction, wanted)?;
+        Some(AppliedDarkFrame { dark: Arc::clone(self), used })
     }
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use vision::GreyImage;
 
+use crate::shared::dark_frame::AppliedDarkFrame;
 use crate::shared::pool::empty_image;
 use crate::shared::status::DropCounts;
 
@@ -27,6 +28,8 @@ pub struct StampedFrame {
     pub exposure_us: f64,
     /// Whether the laser was on.
     pub laser_on: bool,
+    /// The dark frame it was corrected with; `None` if it was not corrected.
+    pub dark_frame: Option<AppliedDarkFrame>,
     /// Pixels; the station reuses their memory when the last owner drops the frame.
     pub image: GreyImage,
 }
@@ -44,6 +47,7 @@ impl StampedFrame {
             lost_before: 0,
             exposure_us: 0.0,
             laser_on: false,
+            dark_frame: None,
             image: empty_image(),
         }
     }
@@ -61,6 +65,7 @@ impl StampedFrame {
             lost_before: 0,
             exposure_us: 2000.0,
             laser_on: true,
+            dark_frame: None,
             image,
         }
     }

@@ -119,10 +119,13 @@ impl Station {
         stamped.position_mm = info.recorded_position_mm.or(position_mm);
         stamped.lost_before = lost.total();
         stamped.exposure_us = info.exposure_us;
-        if let (Some(dark), Some(camera)) = (&self.dark_frame, &mut self.camera) {
-            let identity = camera.device().identity();
-            dark.correct(&mut stamped.image, &identity, &camera.settings());
-        }
+        stamped.dark_frame = match (&self.dark_frame, &mut self.camera) {
+            (Some(dark), Some(camera)) => {
+                let identity = camera.device().identity();
+                dark.correct(&mut stamped.image, &identity, &camera.settings())
+            }
+            _ => None,
+        };
         stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.was_on_at(captured_at));
         let laser_on = stamped.laser_on;
         if let Some(position_mm) = self.belt_position_mm(laser_on, lost.total()) {

@@ -38,6 +38,7 @@ impl Bench {
             gain_db: 0.0,
             exposure_us: 700.0,
             line_direction: LineDirection::Rows,
+            taken_at_ms: 7,
         })
     }
 
@@ -100,6 +101,9 @@ fn a_dark_frame_is_used_only_where_it_applies() {
     let dark = bench.dark_frame();
     bench.station.set_dark_frame(Some(dark.clone()));
     bench.wait_for("used", |status| status.dark_frame_use == DarkFrameUse::Full);
+    let frame = bench.lease().grab(&never_cancelled()).unwrap();
+    let applied = frame.dark_frame.as_ref().unwrap();
+    assert_eq!((applied.used, applied.dark.taken_at_ms), (DarkFrameUse::Full, 7));
     let status = bench.station.status();
     let settings = status.camera_settings;
     let used = |camera: &devices::DeviceIdentity, settings| dark.use_for(camera, &settings);

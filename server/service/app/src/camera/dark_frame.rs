@@ -27,13 +27,11 @@ const FORMAT: &str = "sheaf-dark-frame/1";
 /// Drivers whose frames were corrected when they were recorded.
 const RECORDED: &str = "replay";
 
-/// A dark frame and when it was taken.
+/// The dark frame that is stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptDarkFrame {
     /// The dark frame.
     pub dark: Arc<CameraDarkFrame>,
-    /// Wall clock.
-    pub taken_at_ms: i64,
 }
 
 /// The station's dark frame.
@@ -101,8 +99,7 @@ impl DarkFrameStore {
         let before = kept.as_ref().map(|kept| kept.dark.clone());
         let (station, direction, path) = (self.station.clone(), self.direction, self.path.clone());
         let taken = tokio::task::spawn_blocking(move || {
-            let taken =
-                KeptDarkFrame { dark: Arc::new(taken(&station, n_frames, direction)?), taken_at_ms: now_ms() };
+            let taken = KeptDarkFrame { dark: Arc::new(taken(&station, n_frames, direction)?) };
             write_durably(&path, &sealed(&taken)?).map_err(disk_problem)?;
             Ok(taken)
         })
@@ -179,6 +176,7 @@ fn taken(station: &StationHandle, n_frames: usize, direction: LineDirection) -> 
         gain_db: settings.gain_db,
         exposure_us: settings.exposure_us,
         line_direction: direction,
+        taken_at_ms: now_ms(),
     })
 }
 
@@ -198,7 +196,7 @@ fn sealed(kept: &KeptDarkFrame) -> Result<Vec<u8>, AppError> {
         roi: [roi.left_px, roi.top_px, roi.width_px, roi.height_px],
         gain_db: dark.gain_db,
         exposure_us: dark.exposure_us,
-        taken_at_ms: kept.taken_at_ms,
+        taken_at_ms: dark.taken_at_ms,
         n_frames: figures.n_frames,
         bit_depth: figures.bit_depth,
         level: figures.level,
@@ -248,6 +246,7 @@ fn opened(bytes: &[u8], direction: LineDirection) -> Option<KeptDarkFrame> {
         gain_db: header.gain_db,
         exposure_us: header.exposure_us,
         line_direction: direction,
+        taken_at_ms: header.taken_at_ms,
     };
-    Some(KeptDarkFrame { dark: Arc::new(dark), taken_at_ms: header.taken_at_ms })
+    Some(KeptDarkFrame { dark: Arc::new(dark) })
 }

@@ -4,6 +4,7 @@ use capture::{Projector, Target};
 use optics::StagePosition;
 use store::SessionRecord;
 
+use crate::camera::correction::ImageDarkFrame;
 use crate::error::{AppError, ErrorKind};
 use crate::sessions::image_capture::Exposures;
 use crate::sessions::stored::from_stored;
@@ -57,6 +58,8 @@ pub struct SessionImage {
     pub exposure_us: f64,
     /// Time of capture, ms since 1970 (UTC).
     pub taken_at_ms: i64,
+    /// The dark frame it was corrected with; `None` if it was not corrected.
+    pub dark_frame: Option<ImageDarkFrame>,
 }
 
 /// A board image and its detections.

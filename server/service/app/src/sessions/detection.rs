@@ -44,7 +44,8 @@ pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<Bo
     let (width_px, height_px) = (frame.image.width(), frame.image.height());
     check_size(&body, (width_px, height_px))?;
     (body.width_px, body.height_px) = (width_px, height_px);
-    let unkept = SessionImage { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
+    let unkept =
+        SessionImage { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0, dark_frame: None };
     let mut board = found::board_in(&frame.image, unkept, &body.target);
     if frame.laser_on {
         board.problem = Some("the laser is on; turn it off for images of the board".to_owned());

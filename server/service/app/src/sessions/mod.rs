@@ -12,6 +12,7 @@ mod needs;
 mod stored;
 pub mod virtual_operator;
 
+use crate::camera::correction::ImageDarkFrame;
 use crate::events::{Event, SessionVersion, event};
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -374,6 +375,7 @@ impl Sessions {
             artifact: artifact.as_str().to_owned(),
             exposure_us: frame.exposure_us,
             taken_at_ms: now_ms(),
+            dark_frame: ImageDarkFrame::of(frame),
         })
     }
 }

@@ -8,6 +8,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
+use crate::camera::correction::ImageDarkFrame;
 use crate::sessions::body::{
     BoardImage, CameraSoFar, LaserImage, SessionBody, SessionImage, SessionPose, SessionStageView,
 };
@@ -61,6 +62,8 @@ struct StoredSessionImage {
     artifact: String,
     exposure_us: f64,
     taken_at_ms: i64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    dark_frame: Option<ImageDarkFrame>,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -128,6 +128,8 @@ mod tests {
             "stage": { "direction": [1.0, 0.0, 0.0], "sigma": [0.1, 0.1, 0.1], "scale_error": 0.001,
                 "scale_sigma": 0.0001, "straightness_rms_um": 2.0, "straightness_sigma_um": 1.5,
                 "straightness_um": [[-5.0, 0.1, 0.2, 0.3]] },
+            "correction": { "n_images": 29, "n_corrected": 28, "dark_frames": [{ "used": "full", "taken_at_ms": 7,
+                "exposure_us": 20000.0, "n_hot_pixels": 12 }] },
             "warnings": [], "left_out": ["b.png"],
         }));
     }

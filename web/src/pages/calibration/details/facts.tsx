@@ -1,7 +1,7 @@
 /** The main values of a calibration. */
 
 import { text } from "../../../text";
-import { age, mm, px, share } from "./format";
+import { age, correction_text, mm, px, share } from "./format";
 import type { CalibrationItem } from "./summary";
 
 export function Facts({ item }: { item: CalibrationItem }) {
@@ -28,6 +28,8 @@ export function Facts({ item }: { item: CalibrationItem }) {
       <dd>{summary.stage ? share(summary.stage.scale_error) : "–"}</dd>
       <dt>{words.poses}</dt>
       <dd>{words.poses_of(counts[0] ?? "", counts[1] ?? "", counts[2] ?? "")}</dd>
+      <dt>{words.dark_frame}</dt>
+      <dd>{correction_text(summary.correction)}</dd>
     </dl>
   );
 }

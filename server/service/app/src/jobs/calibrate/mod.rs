@@ -10,11 +10,13 @@ mod station;
 use crate::events::{Event, event};
 use std::path::Path;
 
+use crate::camera::correction::{CORRECTION, ImageDarkFrame, correction_json};
 use crate::error::disk_problem;
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
 use crate::resources::captures::{CaptureOrigin, without_folder};
 use pipeline::open_capture;
+use store::Change;
 
 use product::calibrated;
 
@@ -54,23 +56,29 @@ pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeConte
     compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
 }
 
-/// Calibrates from images that `take` writes to a folder; the folder is kept as a capture even if the calibration fails.
+/// Calibrates from images that `take` writes to a folder, with the dark frame of each; the folder is kept as a capture even if the calibration fails.
 fn made_from(
     input: &CalibrateInput,
     name: &str,
     ctx: &ComputeContext,
     taken: f64,
-    take: impl FnOnce(&Path) -> Result<(), JobEnd>,
+    take: impl FnOnce(&Path) -> Result<Vec<Option<ImageDarkFrame>>, JobEnd>,
 ) -> Result<Done, JobEnd> {
     let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
-    take(folder.path())?;
+    let correction = correction_json(&take(folder.path())?);
     ctx.check_cancelled()?;
     ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
     let created = event(&record.id, Event::CaptureCreated((&record).into()));
     ctx.wait(ctx.catalogue.commit(vec![change, created]))?;
-    compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
+    let mut done = compute(folder.path(), name, &record.id, input, ctx, taken + STORING)?;
+    for change in &mut done.changes {
+        if let Change::InsertCalibration(record) = change {
+            record.summary[CORRECTION] = correction.clone();
+        }
+    }
+    Ok(done)
 }
 
 fn compute(

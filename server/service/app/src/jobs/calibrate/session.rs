@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageDescription, StageView, params::FORMAT};
 use store::{ArtifactId, StoreError};
 
+use crate::camera::correction::ImageDarkFrame;
 use crate::error::AppError;
 use crate::error::disk_problem;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
@@ -13,16 +14,22 @@ use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::resources::captures::{capture_stage, nominal_position};
 use crate::sessions::{Session, SessionBody, SessionImage, Sessions};
 
-/// Writes the usable images of the session as the capture folder `folder`.
-pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
+/// Writes the usable images of the session as the capture folder `folder`; returns the dark frame of each.
+pub(super) fn gather_pictures(
+    session_id: &str,
+    ctx: &ComputeContext,
+    folder: &Path,
+) -> Result<Vec<Option<ImageDarkFrame>>, JobEnd> {
     ctx.report(0.0, Phase::CollectingImages, "collecting the images of the session");
     let session = Session::try_from(ctx.wait(ctx.catalogue.read().session(session_id))?)?;
     make_folders(folder)?;
-    let put = |kind: &str, idx: usize, image: &SessionImage| -> Result<PathBuf, JobEnd> {
+    let mut dark_frames = Vec::new();
+    let mut put = |kind: &str, idx: usize, image: &SessionImage| -> Result<PathBuf, JobEnd> {
         ctx.check_cancelled()?;
         let path = PathBuf::from(format!("{kind}/{idx:03}.png"));
         let bytes = ctx.wait(ctx.artifacts.read(&artifact(image)?))?;
         std::fs::write(folder.join(&path), bytes).map_err(disk_problem)?;
+        dark_frames.push(image.dark_frame.clone());
         Ok(path)
     };
     let mut poses = Vec::new();
@@ -50,7 +57,8 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         stage_views,
         scans: Vec::new(),
     };
-    write_capture(folder, &manifest)
+    write_capture(folder, &manifest)?;
+    Ok(dark_frames)
 }
 
 /// The stage kind of the views; a mix of both kinds is refused on reading.

@@ -8,6 +8,7 @@ use capture::{
 };
 use station::StampedFrame;
 
+use crate::camera::correction::ImageDarkFrame;
 use crate::config::AppConfig;
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
@@ -22,13 +23,14 @@ use crate::sessions::virtual_operator::VirtualOperator;
 /// Folders of the images of a calibration.
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
 
-/// Captures all images of a calibration into the capture folder `folder`; `share` is its part of the job.
+/// Captures all images of a calibration into the capture folder `folder`; `share` is its part of the job. Returns the dark
+/// frame of each image.
 pub(super) fn take_pictures(
     input: &CalibrateInput,
     ctx: &StationContext,
     folder: &Path,
     share: f64,
-) -> Result<(), JobEnd> {
+) -> Result<Vec<Option<ImageDarkFrame>>, JobEnd> {
     let twin = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
     let operator = VirtualOperator::new(twin, ctx.config.target.clone());
     let lease = ctx.take_station("calibrating")?;
@@ -86,13 +88,14 @@ struct Album<'a> {
     size_px: Option<(usize, usize)>,
     poses: Vec<Pose>,
     stage_views: Vec<StageView>,
+    dark_frames: Vec<Option<ImageDarkFrame>>,
 }
 
 impl<'a> Album<'a> {
     fn new(folder: &'a Path, n_images: usize, ctx: &'a StationContext, share: f64) -> Result<Self, JobEnd> {
         make_folders(folder)?;
-        let (poses, stage_views) = (Vec::new(), Vec::new());
-        Ok(Self { ctx, folder, share, n_images, n_taken: 0, size_px: None, poses, stage_views })
+        let (poses, stage_views, dark_frames) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { ctx, folder, share, n_images, n_taken: 0, size_px: None, poses, stage_views, dark_frames })
     }
 
     fn report_activity(&self, camera: &ImageCapture, step: impl Into<Step>, words: &str) {
@@ -108,16 +111,18 @@ impl<'a> Album<'a> {
         };
         let path = PathBuf::from(format!("{folder}/{n_before:03}.png"));
         write_png(&self.folder.join(&path), &frame.image).map_err(disk_problem)?;
+        self.dark_frames.push(ImageDarkFrame::of(frame));
         self.size_px = Some((frame.image.width(), frame.image.height()));
         self.n_taken += 1;
         Ok(path)
     }
 
-    fn finish(self) -> Result<(), JobEnd> {
+    fn finish(self) -> Result<Vec<Option<ImageDarkFrame>>, JobEnd> {
         let size_px = self.size_px.unwrap_or_default();
         let stage = stage_kind(&self.ctx.station.status());
         let manifest = manifest(&self.ctx.config, size_px, stage, self.poses, self.stage_views);
-        write_capture(self.folder, &manifest)
+        write_capture(self.folder, &manifest)?;
+        Ok(self.dark_frames)
     }
 }
 

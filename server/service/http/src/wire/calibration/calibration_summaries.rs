@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::wire::hardware::dark_frame::DarkFrameUseDto;
+
 /// Summary of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CalibrationSummaryDto {
@@ -42,10 +44,38 @@ pub struct CalibrationSummaryDto {
     /// The turntable axis; absent without a turntable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<AxisSummaryDto>,
+    /// Whether its images were corrected by a dark frame; absent for a calibration from a capture, whose images do not
+    /// tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<ImageCorrectionDto>,
     /// Warnings, in sentences.
     pub warnings: Vec<String>,
     /// Images that were left out and why, in sentences.
     pub left_out: Vec<String>,
+}
+
+/// How the images of a calibration were corrected for what the sensor shows without light.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ImageCorrectionDto {
+    /// Number of images.
+    pub n_images: usize,
+    /// Images that were corrected by a dark frame.
+    pub n_corrected: usize,
+    /// The dark frames; none if no image was corrected, several if it was retaken or the gain changed in between.
+    pub dark_frames: Vec<ImageDarkFrameDto>,
+}
+
+/// A dark frame that images were corrected with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ImageDarkFrameDto {
+    /// What was corrected.
+    pub used: DarkFrameUseDto,
+    /// When it was taken, ms since 1970 (UTC): identifies it, since a station has one at a time.
+    pub taken_at_ms: i64,
+    /// Exposure time of the dark frame.
+    pub exposure_us: f64,
+    /// Its hot pixels, which are replaced.
+    pub n_hot_pixels: usize,
 }
 
 /// A value with its standard deviation; σ is 0 for a fixed parameter.

@@ -80,7 +80,7 @@ impl DarkFrameDto {
         let figures = dark.frame.statistics();
         Self {
             used: used.into(),
-            taken_at_ms: kept.taken_at_ms,
+            taken_at_ms: dark.taken_at_ms,
             camera_model: dark.camera.model.clone(),
             camera_serial: dark.camera.serial.clone(),
             exposure_us: dark.exposure_us,

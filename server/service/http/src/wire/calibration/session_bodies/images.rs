@@ -83,7 +83,7 @@ pub struct SessionStageViewDto {
 
 impl From<SessionImage> for ImageDto {
     fn from(of: SessionImage) -> Self {
-        let SessionImage { artifact, exposure_us, taken_at_ms } = of;
+        let SessionImage { artifact, exposure_us, taken_at_ms, dark_frame: _ } = of;
         Self { artifact, exposure_us, taken_at_ms }
     }
 }
