@@ -1,5 +1,6 @@
 /** Parts inspected by a recipe on the simulated station, as an operator and an engineer see them. */
 
+import { readFileSync } from "node:fs";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { blockRecipe, DEFECT_MM, HEIGHT_MM, placeBlock } from "./block";
@@ -57,6 +58,19 @@ test(
     await page.getByRole("button", { name: "Clear the filter" }).click();
     await page.getByLabel("From day").fill("2100-01-01");
     await page.getByText("No inspection matches the filter.").waitFor();
+    await page.getByRole("button", { name: "Clear the filter" }).click();
+
+    // The selection as a file: a row per characteristic of the parts that match.
+    await page.getByLabel("Verdict").selectOption("not_ok");
+    await page.locator("tr[data-verdict=ok]").waitFor({ state: "detached" });
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.getByRole("link", { name: "Export as CSV" }).click(),
+    ]);
+    expect(download.suggestedFilename()).toBe("inspections.csv");
+    const lines = readFileSync(await download.path(), "utf8").split("\r\n");
+    expect(lines[0]).toMatch(/^inspection_id,seq,serial,/);
+    expect(lines.slice(1).map((line) => line.split(",")[2])).toEqual(["BL-2", "BL-2", undefined]);
     await page.getByRole("button", { name: "Clear the filter" }).click();
 
     // One inspection: the worst first, with its limits.

@@ -1,7 +1,7 @@
 /** Inspections: limits, order and the filter in the address. */
 
 import { expect, test } from "vitest";
-import { filterOf, queryOf, serverQuery } from "../src/pages/inspections/filter";
+import { exportHref, filterOf, queryOf, serverQuery } from "../src/pages/inspections/filter";
 import { type CharacteristicResult, limitsOf, utilisation, worstFirst } from "../src/state/records/inspections";
 
 const result = (id: string, part: Partial<CharacteristicResult>) =>
@@ -48,4 +48,19 @@ test("the filter is what stands in the address; days are whole, of this time zon
     to_ms: new Date(2026, 10, 25).getTime(),
   });
   expect(serverQuery(filterOf(new URLSearchParams("verdict=fine&from=soon")))).toEqual({});
+});
+
+test("the export is of what the filter selects, with any text encoded", () => {
+  const href = exportHref(
+    filterOf(new URLSearchParams({ serial: "A&B 1", verdict: "not_ok", from: "2026-11-24" })),
+  );
+  const { pathname, searchParams } = new URL(href, "http://localhost");
+  expect(pathname).toBe("/api/v1/inspections/export");
+  expect(Object.fromEntries(searchParams)).toEqual({
+    format: "csv",
+    serial: "A&B 1",
+    verdict: "not_ok",
+    from_ms: `${new Date(2026, 10, 24).getTime()}`,
+  });
+  expect(exportHref(filterOf(new URLSearchParams()))).toBe("/api/v1/inspections/export?format=csv");
 });

@@ -25,6 +25,12 @@ export function queryOf(filter: InspectionFilter): Record<string, string> {
   return Object.fromEntries(Object.entries(filter).filter(([, value]) => value !== ""));
 }
 
+/** The URL of all inspections that match the filter, as a table. */
+export function exportHref(filter: InspectionFilter): string {
+  const query = Object.entries(serverQuery(filter)).map(([name, value]) => [name, `${value}`]);
+  return `/api/v1/inspections/export?${new URLSearchParams([["format", "csv"], ...query])}`;
+}
+
 /** The query sent to the server. */
 export function serverQuery({ serial, recipe, verdict, from, to }: InspectionFilter): InspectionsQuery {
   const known = VERDICTS.find((one) => one === verdict);

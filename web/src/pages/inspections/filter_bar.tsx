@@ -5,7 +5,7 @@ import { useId } from "preact/hooks";
 import { replaceQuery } from "../../state/browser/route";
 import { OUTCOME_SYMBOL, VERDICTS } from "../../state/records/outcome";
 import { text } from "../../text";
-import { type InspectionFilter, queryOf } from "./filter";
+import { exportHref, type InspectionFilter, queryOf } from "./filter";
 
 /** Properties common to the fields. */
 interface Typed {
@@ -69,6 +69,9 @@ export function FilterBar({ filter, n_read, has_older }: Properties) {
           {words.no_filter}
         </button>
       )}
+      <a class="button" href={exportHref(filter)} download="inspections.csv" title={words.export_hint}>
+        {words.export}
+      </a>
       <span class="muted count" role="status">
         {n_read !== undefined && (has_older ? words.read_so_far(n_read) : words.read(n_read))}
       </span>

@@ -21,6 +21,8 @@ export const inspections: typeof english = {
   from_day: "Vom Tag",
   to_day: "Bis zum Tag",
   no_filter: "Filter löschen",
+  export: "Als CSV exportieren",
+  export_hint: "Alle Prüfungen, die zum Filter passen, eine Zeile je Merkmal",
   worst: "Schlechtestes Merkmal",
   when: "Zeit",
   order: "Fertigungsauftrag",

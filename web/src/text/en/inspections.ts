@@ -19,6 +19,8 @@ export const inspections = {
   from_day: "From day",
   to_day: "To day",
   no_filter: "Clear the filter",
+  export: "Export as CSV",
+  export_hint: "All inspections that match the filter, one row per characteristic",
   worst: "Worst characteristic",
   when: "Time",
   order: "Production order",

@@ -21,6 +21,3 @@ pub const LONGEST_PART_BYTES: usize = 60;
 
 /// Longest file name without its extension, in bytes.
 pub const LONGEST_STEM_BYTES: usize = 160;
-
-/// Largest difference in a number caused by its decimal form: 1 nm, a thousandth of the smallest uncertainty expected.
-pub const MOST_DECIMALS: usize = 6;

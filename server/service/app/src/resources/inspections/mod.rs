@@ -1,10 +1,18 @@
 //! Inspections: a part scanned and measured with a version of a recipe, and its verdict.
 
+mod csv;
+mod decimal;
+mod export;
 mod finished;
 mod judged;
 mod message;
+#[cfg(test)]
+mod sample;
 mod sheet;
 
+pub use csv::table as csv_table;
+pub use decimal::decimal;
+pub use export::{ExportPage, export_csv};
 pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
 pub use judged::judged;
 pub use message::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};

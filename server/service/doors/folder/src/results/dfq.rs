@@ -8,10 +8,10 @@
 use std::collections::BTreeMap;
 
 use app::doors::{CharacteristicMessage, InspectionMessage};
+use app::inspections::decimal;
 use serde_json::Value;
 use time::OffsetDateTime;
 
-use crate::results::decimal::decimal;
 use crate::results::windows_1252::encoded;
 
 /// Between the fields of a value.

@@ -1,7 +1,5 @@
 //! Results: the documents of an inspection, and how they are written.
 
-mod csv;
-mod decimal;
 mod dfq;
 mod file_name;
 mod local_time;
@@ -15,6 +13,7 @@ pub use local_time::{local, offset_now};
 pub use writing::{Document, write_all};
 
 use app::doors::{Delivery, InspectionMessage};
+use app::inspections::csv_table;
 
 use crate::settings::Format;
 
@@ -22,7 +21,7 @@ use crate::settings::Format;
 pub fn documents(formats: &[Format], delivery: &Delivery, inspection: &InspectionMessage) -> Vec<Document> {
     let document = |format: &Format| match format {
         Format::Json => Document { extension: "json", bytes: pretty(delivery) },
-        Format::Csv => Document { extension: "csv", bytes: csv::table(inspection).into_bytes() },
+        Format::Csv => Document { extension: "csv", bytes: csv_table(inspection).into_bytes() },
         Format::Dfq => {
             Document { extension: "dfq", bytes: dfq::document(inspection, local(inspection.inspected_at_ms)) }
         }

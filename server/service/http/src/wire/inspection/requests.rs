@@ -116,6 +116,37 @@ pub struct InspectionsQuery {
     pub limit: Option<u32>,
 }
 
+/// Selects inspections to export.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ExportQuery {
+    /// Format of the file; default `csv`.
+    #[param(inline)]
+    pub format: Option<ExportFormatDto>,
+    /// Only inspections of the part with this serial number.
+    pub serial: Option<String>,
+    /// Only inspections for this order.
+    pub order: Option<String>,
+    /// Only inspections with this recipe: `bracket`, or `bracket@7` for one version.
+    pub recipe: Option<String>,
+    /// Only inspections with this verdict.
+    pub verdict: Option<VerdictDto>,
+    /// Only inspections at or after this time, ms since 1970 (UTC).
+    pub from_ms: Option<i64>,
+    /// Only inspections before this time, ms since 1970 (UTC).
+    pub to_ms: Option<i64>,
+}
+
+/// Format of an export.
+#[derive(Debug, Clone, Copy, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ExportFormatDto {
+    /// A table with one row per characteristic, the same as of a `folder` door.
+    #[default]
+    Csv,
+}
+
 /// Selects the form of a report.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]

@@ -5,9 +5,11 @@ use std::time::Duration;
 use crate::Http;
 use app::error::AppError;
 use axum::Json;
+use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
+use futures_util::{StreamExt as _, stream};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use store::{InspectionFilter, JobState};
 use utoipa_axum::router::OpenApiRouter;
@@ -22,13 +24,14 @@ use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::inspection::inspections::{InspectionDto, InspectionQueueDto};
 use crate::wire::inspection::requests::{
-    HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportFormatDto, ReportQuery, WaitQuery,
+    ExportFormatDto, ExportQuery, HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportFormatDto,
+    ReportQuery, WaitQuery,
 };
 use crate::wire::job::jobs::{JobDto, job_href};
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
 use app::App;
-use app::inspections::{ReportFormat, inspection_report};
+use app::inspections::{ReportFormat, export_csv, inspection_report};
 use app::recipes::RecipeRef;
 use app::use_cases;
 
@@ -39,6 +42,7 @@ const WAIT_LIMIT_S: u32 = 30;
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
         .routes(routes!(list_inspections, start_inspection))
+        .routes(routes!(export_inspections))
         .routes(routes!(get_inspection))
         .routes(routes!(get_inspection_report))
         .routes(routes!(re_evaluate_inspection))
@@ -77,19 +81,13 @@ async fn list_inspections(
         ("to_ms", to_ms.as_deref()),
     ];
     let path = path_with("/api/v1/inspections", &asked);
-    let (recipe_id, recipe_version) = match query.recipe.as_deref().and_then(RecipeRef::parse) {
-        Some(RecipeRef::Id { id, version }) => (Some(id), version),
-        // No recipe has such an id: an empty list.
-        _ => (query.recipe, None),
-    };
     let filter = InspectionFilter {
         serial: query.serial,
         order_number: query.order,
-        recipe_id,
-        recipe_version,
         verdict: verdict.map(str::to_owned),
         from_ms: query.from_ms,
         to_ms: query.to_ms,
+        ..by_recipe(query.recipe)
     };
     let read = app.catalogue.read();
     let Some(seq) = query.after_seq else {
@@ -101,6 +99,48 @@ async fn list_inspections(
     let next = listed.next.take().map(|seq| format!("{path}{joint}after_seq={seq}&limit={}", page.limit));
     let list = ListDto::whole_of(&path, &page, listed, InspectionDto::in_list);
     Ok(Json(ListDto { next, ..list }))
+}
+
+/// The filter for a recipe, given as an id, alone or with a version.
+fn by_recipe(recipe: Option<String>) -> InspectionFilter {
+    let (recipe_id, recipe_version) = match recipe.as_deref().and_then(RecipeRef::parse) {
+        Some(RecipeRef::Id { id, version }) => (Some(id), version),
+        // No recipe has such an id: an empty list.
+        _ => (recipe, None),
+    };
+    InspectionFilter { recipe_id, recipe_version, ..InspectionFilter::default() }
+}
+
+/// Exports the selected inspections as a file, oldest first. The response is a stream: an error of the store after its start ends the
+/// connection.
+#[utoipa::path(
+    get, path = "/inspections/export", tag = "inspections", params(ExportQuery),
+    responses((status = 200, body = String, content_type = "text/csv"))
+)]
+async fn export_inspections(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<ExportQuery>,
+) -> Result<Response, Problem> {
+    let ExportFormatDto::Csv = query.format.unwrap_or_default();
+    let filter = InspectionFilter {
+        serial: query.serial,
+        order_number: query.order,
+        verdict: query.verdict.map(|verdict| verdict.code().to_owned()),
+        from_ms: query.from_ms,
+        to_ms: query.to_ms,
+        ..by_recipe(query.recipe)
+    };
+    let first = export_csv(app.catalogue.read(), &filter, 0).await?;
+    let rest = stream::try_unfold(first.next_seq, move |next| {
+        let (app, filter) = (app.clone(), filter.clone());
+        async move {
+            let Some(seq) = next else { return Ok::<_, String>(None) };
+            let page = export_csv(app.catalogue.read(), &filter, seq).await.map_err(|error| error.detail)?;
+            Ok(Some((page.text, page.next_seq)))
+        }
+    });
+    let whole = stream::once(async { Ok(first.text) }).chain(rest);
+    Ok(bytes("text/csv; charset=utf-8", Some("inspections.csv"), Body::from_stream(whole)))
 }
 
 /// Inspects a part: scans it, measures it according to a recipe, and decides its verdict. With `wait_s` the response is the inspection if it is

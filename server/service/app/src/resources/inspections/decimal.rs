@@ -1,6 +1,7 @@
 //! Numbers as text.
 
-use crate::params::MOST_DECIMALS;
+/// Largest difference in a number caused by its decimal form: 1 nm, a thousandth of the smallest uncertainty expected.
+const MOST_DECIMALS: usize = 6;
 
 /// With `.` and at least `least` decimals, rounded to a nanometre; `None` if not finite.
 ///

@@ -1,8 +1,7 @@
-//! The table of an inspection: CSV by RFC 4180, UTF-8, one row per characteristic.
+//! Inspections as a table: CSV by RFC 4180, UTF-8, one row per characteristic.
 
-use app::doors::{CharacteristicMessage, InspectionMessage};
-
-use crate::results::decimal::decimal;
+use crate::resources::inspections::decimal::decimal;
+use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
 
 /// The columns. New ones are added at the end.
 const COLUMNS: [&str; 24] = [
@@ -32,18 +31,33 @@ const COLUMNS: [&str; 24] = [
     "attributes",
 ];
 
-/// The table with its header. An inspection without characteristics has one row, for its verdict.
+/// The table of one inspection with its header.
 pub fn table(inspection: &InspectionMessage) -> String {
-    let mut table = COLUMNS.join(",") + "\r\n";
+    header() + &rows(inspection)
+}
+
+/// The header line.
+pub(super) fn header() -> String {
+    COLUMNS.join(",") + "\r\n"
+}
+
+/// The lines of an inspection; without characteristics there is one, for its verdict.
+pub(super) fn rows(inspection: &InspectionMessage) -> String {
     let rows = match inspection.results.as_slice() {
         [] => vec![row(inspection, None)],
         results => results.iter().map(|result| row(inspection, Some(result))).collect(),
     };
-    for row in rows {
-        table += &row.join(",");
-        table += "\r\n";
-    }
-    table
+    rows.iter().map(|row| row.join(",") + "\r\n").collect()
+}
+
+/// The line of a stored inspection that cannot be read: only its id and the reason.
+pub(super) fn damaged_row(id: &str) -> String {
+    let cell = |column: &str| match column {
+        "inspection_id" => text(Some(id)),
+        "reason" => text(Some("the stored inspection is damaged")),
+        _ => String::new(),
+    };
+    COLUMNS.map(cell).join(",") + "\r\n"
 }
 
 fn row(inspection: &InspectionMessage, result: Option<&CharacteristicMessage>) -> [String; COLUMNS.len()] {
@@ -97,9 +111,10 @@ fn text(text: Option<&str>) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::results::tests::inspection;
+    use crate::resources::inspections::sample::inspection;
 
     fn read(table: &str) -> Vec<csv::StringRecord> {
         csv::ReaderBuilder::new()
@@ -133,6 +148,14 @@ mod tests {
         unmeasured.results.clear();
         let rows = read(&table(&unmeasured));
         assert_eq!((rows.len(), &rows[1][8], &rows[1][9]), (2, "ok", ""));
+    }
+
+    #[test]
+    fn a_damaged_inspection_is_a_row_with_its_id_and_no_value() {
+        let rows = read(&(header() + &damaged_row("01J") + &rows(&inspection())));
+        assert_eq!((rows.len(), &rows[1][0], &rows[1][21]), (4, "01J", "the stored inspection is damaged"));
+        assert!([8, 17, 20].into_iter().all(|column| rows[1][column].is_empty()));
+        assert_eq!(&rows[2][0], "01J");
     }
 
     #[test]
