@@ -787,6 +787,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/inspections/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Exports the selected inspections as a file, oldest first. The response is a stream: an error of the store after its start ends the
+         *     connection.
+         */
+        get: operations["export_inspections"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/inspections/{id}": {
         parameters: {
             query?: never;
@@ -9803,6 +9823,46 @@ export interface operations {
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
             507: components["responses"]["Problem"];
+        };
+    };
+    export_inspections: {
+        parameters: {
+            query?: {
+                /** @description Format of the file; default `csv`. */
+                format?: "csv";
+                /** @description Only inspections of the part with this serial number. */
+                serial?: string;
+                /** @description Only inspections for this order. */
+                order?: string;
+                /** @description Only inspections with this recipe: `bracket`, or `bracket@7` for one version. */
+                recipe?: string;
+                /** @description Only inspections with this verdict. */
+                verdict?: components["schemas"]["VerdictDto"];
+                /** @description Only inspections at or after this time, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only inspections before this time, ms since 1970 (UTC). */
+                to_ms?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
         };
     };
     get_inspection: {
