@@ -46,7 +46,7 @@ impl Controller {
         tcsetattr(&ends.slave, SetArg::TCSANOW, &raw).unwrap();
         let controller = Self { child, port, _computer: ends.slave, _folder: folder };
         // Data sent before its banner are lost.
-        controller.read_until("for help]");
+        controller.read_until("for help]\r\n");
         std::thread::sleep(Duration::from_millis(500));
         Some(controller)
     }
@@ -60,17 +60,19 @@ impl Controller {
         let mut line = self.line();
         for command in lines {
             line.write_all(format!("{command}\n").as_bytes()).unwrap();
-            self.read_until("ok\r\n");
+            let said = self.read_until("\r\n");
+            assert!(said.ends_with("ok\r\n"), "{command} is answered by {said}");
         }
     }
 
-    fn read_until(&self, end: &str) {
+    fn read_until(&self, end: &str) -> String {
         let mut line = self.line();
         let (mut said, mut byte) = (String::new(), [0]);
         while !said.ends_with(end) {
             assert_eq!(line.read(&mut byte).unwrap(), 1, "it ended after {said}");
             said.push(char::from(byte[0]));
         }
+        said
     }
 
     /// Writes bytes directly, bypassing the driver.

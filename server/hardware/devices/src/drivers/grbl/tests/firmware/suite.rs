@@ -30,7 +30,7 @@ const CASES: [Case; 7] = [
         settings: &["$481=200", "G20G91G55", "G10L2P2X-1"],
         configure: |config| config,
     },
-    Case { name: "every item in reports", settings: &["$10=8191", "$40=1"], configure: |config| config },
+    Case { name: "every item in reports", settings: &["$10=8191"], configure: |config| config },
     Case {
         name: "axis Y, reversed, few steps, another laser scale",
         settings: &["$101=26.667", "$111=1500", "$121=200", "$30=255", "$31=1"],
