@@ -81,6 +81,7 @@ pub fn seeded(seed: u64, shape: &StationShape) -> Result<StationModel, Failure> 
 fn shape_from(args: &StationArgs) -> StationShape {
     let default = StationShape::default();
     StationShape {
+        projector: default.projector,
         width_px: args.width_px.unwrap_or(default.width_px),
         height_px: args.height_px.unwrap_or(default.height_px),
         bits: args.bits.unwrap_or(default.bits),
