@@ -19,8 +19,8 @@ use std::sync::Arc;
 
 use capture::{Projector, Target};
 use optics::{StageKind, StagePosition};
-use station::cancel::CancelFlag;
 use remedy::Remedy as _;
+use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease, StationStatus};
 use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};

@@ -227,8 +227,8 @@ mod tests {
         assert_eq!(from_stored(turned).unwrap().stage_views[0].position.deg(), Some(15.0));
         let mut now = stored;
         now["target"]["kind"] = json!("chessboard");
+        now["projector"]["kind"] = json!("grating");
         assert_eq!(to_stored(&body), now);
         assert!(from_stored(json!({ "name": "monday" })).is_err());
     }
-        now["projector"]["kind"] = json!("grating");
 }
