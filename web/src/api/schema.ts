@@ -680,8 +680,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered, what
-         *     waits is tried at once.
+         * Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered,
+         *     what waits is tried at once.
          */
         post: operations["test_door"];
         delete?: never;
@@ -978,8 +978,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version already has
-         *     the same content, nothing is changed.
+         * Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version
+         *     already has the same content, nothing is changed.
          */
         post: operations["import_recipe"];
         delete?: never;
@@ -1030,8 +1030,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Returns the control chart of a characteristic (individual values and moving range), violations of Nelson's rules, and the
-         *     capability of the process.
+         * Returns the control chart of a characteristic (individual values and moving range), violations of Nelson's rules, and
+         *     the capability of the process.
          */
         get: operations["get_control_chart"];
         put?: never;
@@ -1050,8 +1050,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Returns a gauge R&R study (analysis of variance) from repeated inspections of several parts: trials are inspections with the same
-         *     serial number, operators the attribute `operator` of the inspections.
+         * Returns a gauge R&R study (analysis of variance) from repeated inspections of several parts: trials are inspections
+         *     with the same serial number, operators the attribute `operator` of the inspections.
          */
         get: operations["get_gauge_rr"];
         put?: never;
@@ -1601,7 +1601,10 @@ export interface paths {
         get: operations["get_control"];
         /** Renews the lease for five seconds. It expires two minutes after the last command in any case. */
         put: operations["renew_control"];
-        /** Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is logged. */
+        /**
+         * Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is
+         *     logged.
+         */
         post: operations["take_control"];
         /** Releases control. */
         delete: operations["release_control"];
@@ -1921,8 +1924,8 @@ export interface components {
              */
             above_levels?: number | null;
             /**
-             * @description Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has one
-             *     before it, and one after it for comparison.
+             * @description Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has
+             *     one before it, and one after it for comparison.
              */
             every_rows?: number | null;
         };
@@ -2031,7 +2034,7 @@ export interface components {
         };
         /** @description The fit of one board image. */
         BoardImageFitDto: {
-            /** @description The image. */
+            /** @description Path of the image in the capture. */
             image: string;
             /** @description Number of corners. */
             n_corners: number;
@@ -2197,7 +2200,7 @@ export interface components {
              * @description Nearest depth (z of the camera frame) at which the board was seen.
              */
             depth_near_mm: number;
-            /** @description The board images. */
+            /** @description The fits of the board images. */
             images: components["schemas"]["BoardImageFitDto"][];
             /** @description Why k3 was estimated or not, in a sentence. */
             k3_reason: string;
@@ -6382,9 +6385,9 @@ export interface components {
              */
             exposure_us?: number | null;
             /**
-             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
-             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
-             *     usual.
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken
+             *     from the long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one;
+             *     four to eight times is usual.
              */
             exposures_us?: number[];
             /**
@@ -6412,8 +6415,8 @@ export interface components {
             /** @description Purpose of the scan. */
             purpose: components["schemas"]["ScanPurposeDto"];
             /**
-             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
-             *     recording, not the scan.
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full
+             *     disk ends the recording, not the scan.
              */
             record?: boolean;
             /** @description The partial scan to resume. */
@@ -6546,8 +6549,8 @@ export interface components {
             predicted_sigma_mm?: number | null;
             /**
              * Format: double
-             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
-             *     the axis and the nearest calibrated depth.
+             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way
+             *     between the axis and the nearest calibrated depth.
              */
             rows_per_mm: number;
             /**
@@ -6750,8 +6753,8 @@ export interface components {
             purpose: components["schemas"]["ScanPurposeDto"];
             /**
              * Format: double
-             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
-             *     the axis and the nearest calibrated depth.
+             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way
+             *     between the axis and the nearest calibrated depth.
              */
             rows_per_mm?: number | null;
             /** @description Name of the scan in the header of its cloud. */
@@ -6795,7 +6798,8 @@ export interface components {
             unambiguous_depth_mm?: number[] | null;
         };
         /**
-         * @description How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the active one.
+         * @description How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the
+         *     active one.
          * @example {
          *       "from_mm": -20,
          *       "step_mm": 0.2,
@@ -6810,9 +6814,9 @@ export interface components {
              */
             exposure_us?: number | null;
             /**
-             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
-             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
-             *     usual.
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken
+             *     from the long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one;
+             *     four to eight times is usual.
              */
             exposures_us?: number[];
             /**
@@ -6834,8 +6838,8 @@ export interface components {
             laser_power?: number | null;
             mode?: components["schemas"]["ScanModeDto"] | null;
             /**
-             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
-             *     recording, not the scan.
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full
+             *     disk ends the recording, not the scan.
              */
             record?: boolean;
             /**
@@ -6932,7 +6936,7 @@ export interface components {
              */
             n_measured: number | null;
             /**
-             * @description Rows captured in this time.
+             * @description Number of rows captured in this time.
              * @default null
              */
             n_rows: number | null;
@@ -7379,9 +7383,9 @@ export interface components {
              */
             exposure_us?: number | null;
             /**
-             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
-             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
-             *     usual.
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken
+             *     from the long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one;
+             *     four to eight times is usual.
              */
             exposures_us?: number[];
             /**
@@ -7407,8 +7411,8 @@ export interface components {
             /** @description Name of the scan. */
             name?: string | null;
             /**
-             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
-             *     recording, not the scan.
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full
+             *     disk ends the recording, not the scan.
              */
             record?: boolean;
             /** @description The partial scan to resume; its own measurements apply. */
@@ -7900,7 +7904,7 @@ export interface components {
             position_mm?: number | null;
             /** @description The warning in a sentence. */
             reason: string;
-            /** @description The warning as a code, as in `WatchReasonDto`; absent in events of version 0.1. */
+            /** @description The warning as a code, as in `WatchReasonDto`. */
             reason_code?: string | null;
             /**
              * Format: double
