@@ -82,7 +82,7 @@ pub fn background(image: &GreyImage, zoom: usize, brightest: f32) -> RgbImage {
     })
 }
 
-/// The grey level that all but [`CLIPPED_FRACTION`] of the pixels stay below.
+/// The grey level that all but `CLIPPED_FRACTION` of the pixels stay below.
 pub fn bright_level(image: &GreyImage) -> f32 {
     const BINS: usize = 256;
     let mut histogram = [0usize; BINS];
