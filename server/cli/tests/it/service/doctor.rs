@@ -62,14 +62,14 @@ fn all_checks_are_reported_as_json_with_an_exit_code() {
 fn without_consent_motion_and_laser_stay_off() {
     let output = ended(doctor(&[]));
     let (table, shown) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
-    assert!(shown.contains("Go on? [y/N]"), "{shown}");
+    assert!(shown.contains("Continue? [y/N]"), "{shown}");
     assert!(!shown.contains("turning the laser on") && !shown.contains("moving the stage"), "{shown}");
     assert!(table.contains("laser and motion") && table.contains("not agreed to"), "{table}");
 }
 
 #[test]
 fn ctrl_c_ends_the_doctor_at_any_step() {
-    for at in ["running the camera with the laser off", "Go on? [y/N]"] {
+    for at in ["running the camera with the laser off", "Continue? [y/N]"] {
         let mut child = doctor(&[]);
         // `wait` would close stdin, which ends the prompt just as the signal does.
         let _open = child.stdin.take();
