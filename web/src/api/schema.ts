@@ -3103,7 +3103,7 @@ export interface components {
              * @description The last delivered event.
              */
             delivered_seq?: number | null;
-            /** @description `folder`, `webhook`, `mqtt`, `modbus`. */
+            /** @description `folder`, `webhook`, `mqtt`, `modbus`, `opcua`. */
             kind: string;
             /**
              * Format: int64

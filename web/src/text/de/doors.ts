@@ -2,7 +2,7 @@ import type { Catalogue } from "../en";
 
 export const doors: Catalogue["doors"] = {
   title: "Schnittstellen",
-  what: "Schnittstellen („doors“) übertragen Ereignisse wie Prüfergebnisse an andere Systeme: per Webhook an ein MES, an einen MQTT-Broker, an eine SPS über Modbus oder als Dateien in einen Ordner. Jedes Ereignis wird mindestens einmal und in der richtigen Reihenfolge zugestellt.",
+  what: "Schnittstellen („doors“) übertragen Ereignisse wie Prüfergebnisse an andere Systeme: per Webhook an ein MES, an einen MQTT-Broker, an eine SPS über Modbus, an OPC-UA-Clients oder als Dateien in einen Ordner. Jedes Ereignis wird mindestens einmal und in der richtigen Reihenfolge zugestellt.",
   none: "Es ist keine Schnittstelle eingerichtet. Schnittstellen werden in sheaf.toml eingetragen; nach einer Änderung den Dienst neu starten. Beispiel:",
   configured_in: "Schnittstellen werden in sheaf.toml eingetragen.",
   kinds: { folder: "Ordner", webhook: "Webhook", mqtt: "MQTT", modbus: "Modbus", opcua: "OPC UA" },

@@ -1,7 +1,7 @@
 /** Doors: interfaces that deliver events to other systems. */
 export const doors = {
   title: "Connections to other systems",
-  what: "Doors deliver events, such as inspection results, to other systems: to an MES by webhook, to an MQTT broker, to a Modbus PLC, or as files to a folder. Each event is delivered at least once and in order.",
+  what: "Doors deliver events, such as inspection results, to other systems: to an MES by webhook, to an MQTT broker, to a Modbus PLC, to OPC UA clients, or as files to a folder. Each event is delivered at least once and in order.",
   none: "No door is configured. Doors are set up in sheaf.toml; restart the service after a change. Example:",
   configured_in: "Doors are set up in sheaf.toml.",
   kinds: {

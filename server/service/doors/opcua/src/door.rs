@@ -57,8 +57,10 @@ impl OpcUaDoor {
         let running = self.shared.running().map_err(Undelivered::unreachable)?;
         let job_id = match running.line.result(&inspection.id).await {
             Ok(stored) => stored.job_id,
-            Err(refusal) => {
-                return Err(Undelivered::unreachable(format!("the result cannot be read: {refusal:?}")));
+            Err(_) => {
+                return Err(Undelivered::unreachable(
+                    "the result cannot be read from the store; the log states why",
+                ));
             }
         };
         running.publisher.publish_result(&Finished { inspection: inspection.clone(), job_id });

@@ -24,7 +24,7 @@ pub enum DoorStateDto {
 pub struct DoorDto {
     /// Its configured name.
     pub name: String,
-    /// `folder`, `webhook`, `mqtt`, `modbus`.
+    /// `folder`, `webhook`, `mqtt`, `modbus`, `opcua`.
     pub kind: &'static str,
     /// Where it delivers to.
     pub target: String,

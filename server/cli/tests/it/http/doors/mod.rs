@@ -1,5 +1,5 @@
-//! Results of inspections at all doors at once: a share, a web server, a broker and a PLC get the same ones, also after an
-//! outage of all of them in which the server is killed.
+//! Results of inspections at all doors at once: a share, a web server, a broker, a PLC and an OPC UA client get the same
+//! ones, also after an outage of all of them in which the server is killed.
 
 mod receivers;
 
@@ -87,6 +87,21 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
         }
     }
 
+    // An OPC UA client starts a part, and receives the verdict that the API has.
+    receivers.trust_opcua_client();
+    place_block(&server, 8.9 - DEFECT_MM);
+    let seen = receivers.opcua(&["inspect", "block", "BL-OPC"]);
+    let stored = server.get("/api/v1/inspections?serial=BL-OPC").expect(200)["items"][0].clone();
+    let height = &stored["results"][0];
+    for way in ["event", "by_id", "latest"] {
+        let result = &seen[way];
+        assert_eq!((&result["id"], &result["job_id"]), (&stored["id"], &seen["job_id"]), "{way}: {seen:#}");
+        assert_eq!((&result["verdict"], &result["verdicts"][0]), (&json!("not_ok"), &height["verdict"]), "{way}");
+        let numbers = (&result["values"][0], &result["expanded_uncertainties"][0]);
+        assert_eq!(numbers, (&height["value"], &height["expanded_uncertainty"]), "{way}");
+    }
+    assert_eq!(receivers.plc(&["read"])["serial"], "BL-OPC");
+
     // An order in a file is one inspection, with the order's number.
     place_block(&server, 8.9);
     receivers.order(&json!({ "recipe": "block", "serial": "BL-3", "order": "4711" }));
@@ -111,11 +126,18 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
 
     let listed = server.get("/api/v1/inspections?after_seq=0").expect(200)["items"].clone();
     let expected: Vec<Result> = listed.as_array().unwrap().iter().map(result).collect();
-    assert_eq!(expected.len(), 6, "{expected:?}");
+    assert_eq!(expected.len(), 7, "{expected:?}");
     assert_eq!(results(&receivers.web_messages()), expected, "web server");
     assert_eq!(results(&receivers.broker_messages()), expected, "broker");
     assert_eq!(results(&receivers.share_messages()), expected, "share");
-    assert_eq!((receivers.files("csv"), receivers.files("dfq"), receivers.files("tmp")), (6, 6, 0));
+    assert_eq!((receivers.files("csv"), receivers.files("dfq"), receivers.files("tmp")), (7, 7, 0));
+    let opcua = receivers.opcua(&["list", "", "0", "0"]);
+    let pair =
+        |one: &Value| (one["serial"].as_str().unwrap().to_owned(), one["verdict"].as_str().unwrap().to_owned());
+    let seen: Vec<(String, String)> = opcua["results"].as_array().unwrap().iter().rev().map(pair).collect();
+    let pairs: Vec<(String, String)> =
+        expected.iter().map(|(_, serial, verdict)| (serial.clone(), verdict.clone())).collect();
+    assert_eq!(seen, pairs, "OPC UA");
     let events = server.get("/api/v1/events?limit=200").expect(200)["items"].clone();
     let waited = |door: &str| {
         let is_about = |event: &&Value| event["subject"] == door && event["kind"] == "door.waiting";

@@ -1,9 +1,10 @@
-//! The other ends of the doors, each by another author: a web server in Python, mosquitto, pymodbus, a folder.
+//! The other ends of the doors, each by another author: a web server in Python, mosquitto, pymodbus, asyncua, a
+//! folder.
 
 use std::fs::{self, File};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -11,6 +12,8 @@ use serde_json::Value;
 const SECRET: &str = "whsec_c2hlYWYtdGVzdC1zZWNyZXQtd2l0aC0zMi1ieXRlcyE=";
 const WEB: &str = include_str!("web_receiver.py");
 const PLC: &str = include_str!("plc.py");
+const OPC_UA: &str = include_str!("../../../../../service/doors/opcua/tests/client.py");
+const PASSWORD: &str = "correct horse battery staple";
 const PATIENCE: Duration = Duration::from_secs(180);
 
 /// All receivers, on ports and folders of their own.
@@ -20,6 +23,7 @@ pub struct Receivers {
     web_port: u16,
     broker_port: u16,
     plc_port: u16,
+    opcua_port: u16,
     running: Vec<Child>,
 }
 
@@ -27,20 +31,28 @@ impl Receivers {
     /// Running.
     pub fn start(python: PathBuf, folder: &Path) -> Self {
         let folder = folder.to_owned();
-        for (name, text) in [("secret", SECRET), ("web_receiver.py", WEB), ("plc.py", PLC)] {
+        let files = [
+            ("secret", SECRET),
+            ("password", PASSWORD),
+            ("web_receiver.py", WEB),
+            ("plc.py", PLC),
+            ("client.py", OPC_UA),
+        ];
+        for (name, text) in files {
             fs::write(folder.join(name), text).unwrap();
         }
         for name in ["share", "orders"] {
             fs::create_dir(folder.join(name)).unwrap();
         }
-        let [web_port, broker_port, plc_port] = free_ports();
+        let [web_port, broker_port, plc_port, opcua_port] = free_ports();
         let broker = format!(
             "listener {broker_port} 127.0.0.1\nallow_anonymous true\nuser root\npersistence true\n\
              persistence_location {}/\nlog_type none\n",
             folder.display()
         );
         fs::write(folder.join("mosquitto.conf"), broker).unwrap();
-        let mut receivers = Self { python, folder, web_port, broker_port, plc_port, running: Vec::new() };
+        let running = Vec::new();
+        let mut receivers = Self { python, folder, web_port, broker_port, plc_port, opcua_port, running };
         receivers.restore();
         receivers.subscribe();
         receivers
@@ -49,14 +61,17 @@ impl Receivers {
     /// The doors that deliver to them, as configuration.
     pub fn configuration(&self) -> String {
         let folder = self.folder.display();
-        let Self { web_port, broker_port, plc_port, .. } = self;
+        let Self { web_port, broker_port, plc_port, opcua_port, .. } = self;
         format!(
             "[[doors.folder]]\nname = \"share\"\npath = \"{folder}/share\"\nformats = [\"json\", \"csv\", \"dfq\"]\n\
              orders = \"{folder}/orders\"\n\
              [[doors.webhook]]\nname = \"mes\"\nurl = \"http://127.0.0.1:{web_port}/sheaf\"\n\
              secret_file = \"{folder}/secret\"\nallowed_private = [\"127.0.0.1/32\"]\n\
              [[doors.mqtt]]\nname = \"broker\"\nurl = \"mqtt://127.0.0.1:{broker_port}\"\n\
-             [[doors.modbus]]\nname = \"plc\"\nlisten = \"127.0.0.1:{plc_port}\"\nwrites = true\n"
+             [[doors.modbus]]\nname = \"plc\"\nlisten = \"127.0.0.1:{plc_port}\"\nwrites = true\n\
+             [[doors.opcua]]\nname = \"scada\"\nlisten = \"127.0.0.1:{opcua_port}\"\ncommands = true\n\
+             certificates = \"{folder}/pki\"\n\
+             users = [{{ name = \"mes\", password_file = \"{folder}/password\" }}]\n"
         )
     }
 
@@ -163,6 +178,31 @@ impl Receivers {
             .unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).unwrap()
+    }
+}
+
+impl Receivers {
+    /// Trusts the certificate of the OPC UA client, which a first connection left among the rejected ones.
+    pub fn trust_opcua_client(&self) {
+        assert!(!self.opcua_client(&["connect"]).status.success(), "an unknown client was let in");
+        let folder = |name: &str| self.folder.join("pki").join(name);
+        let rejected: Vec<_> = fs::read_dir(folder("rejected")).unwrap().map(|entry| entry.unwrap()).collect();
+        assert_eq!(rejected.len(), 1);
+        fs::rename(rejected[0].path(), folder("trusted").join(rejected[0].file_name())).unwrap();
+    }
+
+    /// What the OPC UA client saw; it connects signed and encrypted, as a user.
+    pub fn opcua(&self, arguments: &[&str]) -> Value {
+        let output = self.opcua_client(arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    fn opcua_client(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(&self.python);
+        command.arg(self.folder.join("client.py")).arg(format!("opc.tcp://127.0.0.1:{}", self.opcua_port));
+        command.arg(&self.folder).args(["Basic256Sha256", "mes", PASSWORD]).args(arguments);
+        command.output().unwrap()
     }
 }
 
