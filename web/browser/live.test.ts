@@ -323,7 +323,7 @@ test("a dark frame is taken with the lens covered, says how it is used, and is r
   const dialog = page.getByRole("dialog");
   expect(await dialog.textContent()).toContain("Cover the lens.");
   await dialog.getByRole("button", { name: "Lens is covered: take it" }).click();
-  await card.locator("[data-used=whole]").waitFor();
+  await card.locator("[data-used=full]").waitFor();
   const taken = await server.call<{ n_frames: number }>("GET", "/api/v1/devices/camera/dark-frame");
   expect(taken.n_frames).toBe(32);
   await picture(page, "live-dark-frame");
