@@ -64,7 +64,7 @@ fn without_consent_motion_and_laser_stay_off() {
     let (table, shown) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(shown.contains("Continue? [y/N]"), "{shown}");
     assert!(!shown.contains("turning the laser on") && !shown.contains("moving the stage"), "{shown}");
-    assert!(table.contains("laser and motion") && table.contains("not agreed to"), "{table}");
+    assert!(table.contains("laser and motion") && table.contains("no consent"), "{table}");
 }
 
 #[test]
