@@ -38,7 +38,7 @@ const GOODBYE: Duration = Duration::from_secs(1);
 const POLICIES: [SecurityPolicy; 3] =
     [SecurityPolicy::Aes256Sha256RsaPss, SecurityPolicy::Aes128Sha256RsaOaep, SecurityPolicy::Basic256Sha256];
 
-/// Notifications that may wait for a client that is slow; beyond that the oldest are dropped, and the client is told.
+/// Notifications queued for a slow client. Beyond that the oldest are dropped, and the overflow is reported to the client.
 const QUEUED_NOTIFICATIONS: usize = 1000;
 
 /// What deliveries and the server share.
@@ -182,7 +182,7 @@ fn build(parts: &Parts, prepared_events: mpsc::UnboundedSender<String>) -> Resul
     Ok((server, Publisher::new(handle, manager)))
 }
 
-/// The name that clients are told to connect to.
+/// The host name in the end points, to which clients connect.
 fn host(settings: &Settings) -> String {
     let address = settings.listen.ip();
     match &settings.host {

@@ -1,4 +1,4 @@
-//! What clients are told: states, events and results.
+//! Publishes states, events and results to clients.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::result::{fields, structure};
 use crate::server::event::StationEvent;
 use crate::server::nodes::{Manager, Nodes};
 
-/// Severity of events that tell that something was done.
+/// Severity of events that report a completed action.
 const INFORMATION: u16 = 100;
 
 /// Severity of a fault.
