@@ -1,5 +1,6 @@
 /** The measured characteristics of a part with their limits. */
 
+import { useEffect, useRef } from "preact/hooks";
 import { VerdictWord } from "../../components/verdict";
 import { href } from "../../state/browser/route";
 import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
@@ -10,9 +11,13 @@ interface Properties {
   /** Id of the recipe, for links to statistics. */
   recipe_id: string;
   results: readonly CharacteristicResult[];
+  /** The characteristic highlighted on the cloud. */
+  current?: string | undefined;
+  /** Shows a characteristic on the cloud; undefined if it has no place there. */
+  shower?: (id: string) => (() => void) | undefined;
 }
 
-export function Characteristics({ recipe_id, results }: Properties) {
+export function Characteristics({ recipe_id, results, current, shower }: Properties) {
   const words = text.value.inspections;
   return (
     <section class="card" aria-label={words.table}>
@@ -33,7 +38,13 @@ export function Characteristics({ recipe_id, results }: Properties) {
         </thead>
         <tbody>
           {worstFirst(results).map((result) => (
-            <Row key={result.id} recipe_id={recipe_id} result={result} />
+            <Row
+              key={result.id}
+              recipe_id={recipe_id}
+              result={result}
+              is_current={result.id === current}
+              show={shower?.(result.id)}
+            />
           ))}
         </tbody>
       </table>
@@ -41,19 +52,41 @@ export function Characteristics({ recipe_id, results }: Properties) {
   );
 }
 
-function Row({ recipe_id, result }: { recipe_id: string; result: CharacteristicResult }) {
+interface RowProperties {
+  recipe_id: string;
+  result: CharacteristicResult;
+  is_current: boolean;
+  show: (() => void) | undefined;
+}
+
+function Row({ recipe_id, result, is_current, show }: RowProperties) {
+  const row = useRef<HTMLTableRowElement>(null);
+  useEffect(() => {
+    if (is_current) row.current?.scrollIntoView({ block: "nearest" });
+  }, [is_current]);
   const words = text.value.inspections;
   const { lower, upper } = limitsOf(result);
   // `reason` contains `failure`.
   const reasons = [result.reason ?? result.failure, ...result.findings.map((finding) => finding.text)];
   return (
-    <tr data-characteristic={result.id} data-verdict={result.verdict ?? undefined}>
+    <tr
+      ref={row}
+      data-characteristic={result.id}
+      data-verdict={result.verdict ?? undefined}
+      aria-current={is_current ? "true" : undefined}
+    >
       <td>
         <strong>{result.id}</strong> <span class="muted">{measureName(result)}</span>{" "}
         <a href={href("statistics", recipe_id, { characteristic: result.id })}>
           {text.value.statistics.of_characteristic}
           <span class="visually-hidden">: {result.id}</span>
         </a>
+        {show && (
+          <button type="button" aria-pressed={is_current} onClick={show}>
+            {words.show_on_cloud}
+            <span class="visually-hidden">: {result.id}</span>
+          </button>
+        )}
         {[...new Set(reasons)].map(
           (reason) =>
             reason && (

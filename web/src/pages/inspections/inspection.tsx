@@ -9,6 +9,8 @@ import { type Inspection, versionName } from "../../state/records/inspections";
 import { language, text } from "../../text";
 import { dateTime } from "../../units";
 import { Characteristics } from "./characteristics";
+import { PartCard } from "./part_card";
+import { PartState } from "./part_state";
 import { ReEvaluate } from "./re_evaluate";
 
 export function InspectionView({ id }: { id: string }) {
@@ -55,11 +57,41 @@ function InspectionDetails({ inspection }: { inspection: Inspection }) {
         </p>
       )}
       {inspection.re_evaluated_from && <ChangedVerdicts inspection={inspection} />}
-      <Characteristics recipe_id={inspection.recipe.id} results={inspection.results} />
+      {inspection.scan_id ? (
+        <OnPart inspection={inspection} scan_id={inspection.scan_id} />
+      ) : (
+        <Characteristics recipe_id={inspection.recipe.id} results={inspection.results} />
+      )}
       <div class="cards">
         <Facts inspection={inspection} />
         <ReEvaluate inspection={inspection} />
       </div>
+    </>
+  );
+}
+
+/** The characteristics with the cloud of the part. */
+function OnPart({ inspection, scan_id }: { inspection: Inspection; scan_id: string }) {
+  const app = useApp();
+  const { api } = app;
+  const { state } = useLoaded(async () => {
+    const { id, version } = inspection.recipe;
+    const [scan, { recipe }] = await Promise.all([
+      data(api.GET("/api/v1/scans/{id}", { params: { path: { id: scan_id } } })),
+      data(api.GET("/api/v1/recipes/{id}/versions/{version}", { params: { path: { id, version } } })),
+    ]);
+    return new PartState(app, inspection, recipe.plan, scan);
+  }, [api, inspection, scan_id]);
+  const part = state.value.value;
+  return (
+    <>
+      <Characteristics
+        recipe_id={inspection.recipe.id}
+        results={inspection.results}
+        current={part?.current.value}
+        shower={(id) => (part?.places.value.has(id) ? () => part.show(id) : undefined)}
+      />
+      <Show of={state}>{(part) => <PartCard state={part} />}</Show>
     </>
   );
 }
@@ -94,7 +126,11 @@ function Facts({ inspection }: { inspection: Inspection }) {
         <dt>{words.result}</dt>
         <dd>
           {inspection.scan_id ? (
-            <a href={href("result", inspection.scan_id)}>{words.open_scan}</a>
+            <>
+              <a href={href("result", inspection.scan_id)}>{words.open_scan}</a>
+              {" · "}
+              <a href={href("teach", inspection.scan_id, { inspection: inspection.id })}>{words.teach}</a>
+            </>
           ) : (
             words.scan_deleted
           )}

@@ -7,8 +7,8 @@ import { decimal } from "../../units";
 /** Width of the SVG in its own units. */
 const WIDTH = 600;
 
-/** Labels closer than this share of the bar would overlap. */
-const LABEL_SHARE = 0.19;
+/** Labels closer than this fraction of the bar would overlap. */
+const LABEL_FRACTION = 0.19;
 
 /** A value and its limits, all in the same unit. */
 export interface Limited {
@@ -67,7 +67,7 @@ export function ToleranceBar({ limited, unit, verdict }: Properties) {
     number === undefined ? "–" : `${decimal(number, 3, language.value)} ${unit}`;
   const { lower, nominal, upper, value } = limited;
   const is_near = (limit: number | undefined) =>
-    limit !== undefined && Math.abs(limit - (places.nominal ?? limit)) < LABEL_SHARE;
+    limit !== undefined && Math.abs(limit - (places.nominal ?? limit)) < LABEL_FRACTION;
   const bracket = (place: number | undefined, inward: number) =>
     place !== undefined && <path class="bracket" d={`M${x(place) + inward} 12H${x(place)}V68h${inward}`} />;
   const label = (place: number | undefined, number: number | undefined) =>

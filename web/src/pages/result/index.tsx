@@ -82,6 +82,12 @@ function ScanResult({ scan }: { scan: Scan }) {
           )}
         </div>
         <ScanChoice scan={scan} />
+        <a class="button" href={href("compare", scan.id)}>
+          {words.compare}
+        </a>
+        <a class="button" href={href("teach", scan.id)}>
+          {text.value.teach.title}
+        </a>
       </header>
       {result.problem.value && <ProblemCard problem={result.problem.value} />}
       {scan.state !== "complete" && (
@@ -90,17 +96,17 @@ function ScanResult({ scan }: { scan: Scan }) {
         </p>
       )}
       <div class="result-page">
+        <CloudView
+          state={result.view}
+          onViewer={onViewer}
+          empty={<p>{scan.report.n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
+          tools={
+            scan.cloud && !result.view.mesh.value ? (
+              <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>
+            ) : undefined
+          }
+        />
         <div class="stack">
-          <CloudView
-            state={result.view}
-            onViewer={onViewer}
-            empty={<p>{scan.report.n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
-            tools={
-              scan.cloud && !result.view.mesh.value ? (
-                <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>
-              ) : undefined
-            }
-          />
           <Printed result={result} viewer={viewer} />
           <Measurements result={result} />
           <SectionCard scan={scan} />

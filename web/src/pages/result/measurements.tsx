@@ -1,6 +1,6 @@
 /** The measurements with nominal values and verdicts, and a form for new ones. */
 
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
@@ -30,6 +30,7 @@ export function Measurements({ result }: { result: ResultState }) {
       {measurements.length === 0 && <p class="muted">{words.nothing_measured}</p>}
       {measurements.length > 0 && <Table result={result} />}
       <Selected result={result} />
+      {result.view.region.value && <p class="muted">{text.value.teach.region_set}</p>}
       <MeasureForm result={result} />
     </section>
   );
@@ -77,8 +78,16 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   // Small lengths in µm; angles in degrees.
   const small = (value: number | null | undefined) =>
     measured.unit === "mm" && value != null ? length(value, shown) : inUnit(value);
+  const is_selected = result.selected.value === measurement.id;
+  const row = useRef<HTMLTableRowElement>(null);
+  const was_selected = useRef(is_selected);
+  useEffect(() => {
+    // Not on the first display, which would scroll past the cloud.
+    if (is_selected && !was_selected.current) row.current?.scrollIntoView({ block: "nearest" });
+    was_selected.current = is_selected;
+  }, [is_selected]);
   return (
-    <tr aria-selected={result.selected.value === measurement.id} data-tool={measurement.request.tool}>
+    <tr ref={row} aria-selected={is_selected} data-tool={measurement.request.tool}>
       <th scope="row">
         {nameOf(measurement)}
         {measurement.request.name != null && ` “${measurement.request.name}”`}

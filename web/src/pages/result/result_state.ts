@@ -1,6 +1,6 @@
 /** State of the result page: a scan, its measurements, and the commands. */
 
-import { type Signal, signal } from "@preact/signals";
+import { effect, type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import { textOf } from "../../api/unknown";
 import type { App } from "../../app";
@@ -9,8 +9,8 @@ import { BlockFeed } from "../../scene/cloud/block_feed";
 import { exactPoint } from "../../scene/cloud/exact_point";
 import { meshFromGlb } from "../../scene/cloud/glb";
 import { fetchPoints } from "../../scene/cloud/points_source";
-import { RegionGrid } from "../../scene/cloud/region";
-import { shapeOf } from "../../scene/cloud/shapes";
+import { featureDeviation, RegionGrid } from "../../scene/cloud/region";
+import { addScaled, distance, shapeOf, type Vec3, vec3 } from "../../scene/cloud/shapes";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { goTo } from "../../state/browser/route";
 import type { Tool } from "../../state/choices";
@@ -18,6 +18,7 @@ import type { Damaged } from "../../state/records/damaged";
 import type { StationEvent } from "../../state/records/events";
 import type { Verdict } from "../../state/records/scanned";
 import { Command } from "../../state/station/command";
+import { text } from "../../text";
 import { ViewState } from "../viewer/view_state";
 import type { Measurement, Scan } from "./scan_record";
 
@@ -25,6 +26,47 @@ import type { Measurement, Scan } from "./scan_record";
 export function featureOf(measurement: Measurement) {
   const features = measurement.result.features ?? [];
   return [...features].sort((a, b) => b.n_points - a.n_points)[0];
+}
+
+/** The grid of each measurement's feature; grids are large, and measurements never change. */
+const grids = new WeakMap<Measurement, RegionGrid>();
+
+function gridOf(measurement: Measurement): RegionGrid | undefined {
+  const region = featureOf(measurement)?.region;
+  if (!region) return undefined;
+  const grid = grids.get(measurement) ?? new RegionGrid(region);
+  grids.set(measurement, grid);
+  return grid;
+}
+
+/** Whether a point belongs to the feature of a measurement. */
+function isOn(measurement: Measurement, at: Vec3): boolean {
+  const feature = featureOf(measurement);
+  const grid = gridOf(measurement);
+  return (
+    feature !== undefined &&
+    grid !== undefined &&
+    Number.isFinite(featureDeviation({ shape: shapeOf(feature.shape), grid }, at))
+  );
+}
+
+/** Where a measurement is labelled: the cell of its feature nearest to the middle of all. */
+function placeOf(measurement: Measurement): Vec3 | undefined {
+  const region = featureOf(measurement)?.region;
+  if (!region) return undefined;
+  const [nx = 1, ny = 1] = region.size;
+  const origin = vec3(region.origin_mm);
+  const centres = region.cells.map((cell): Vec3 => {
+    const at: Vec3 = [cell % nx, Math.floor(cell / nx) % ny, Math.floor(cell / (nx * ny))];
+    return addScaled(origin, [at[0] + 0.5, at[1] + 0.5, at[2] + 0.5], region.cell_mm);
+  });
+  const sum = centres.reduce((sum, one) => addScaled(sum, one, 1), [0, 0, 0] as Vec3);
+  const middle = addScaled([0, 0, 0], sum, 1 / Math.max(1, centres.length));
+  return centres.sort((a, b) => distance(a, middle) - distance(b, middle))[0];
+}
+
+function measuredAs(tool: string): string {
+  return text.value.measured_as[tool] ?? tool;
 }
 
 export class ResultState {
@@ -79,11 +121,16 @@ export class ResultState {
   /** Reloads after new measurements of this scan; returns the function that ends this. */
   follow(): () => void {
     void this.load();
-    return this.app.events.follow((new_events) => {
+    const end_labels = this.label();
+    const end_events = this.app.events.follow((new_events) => {
       const ours = ({ kind, body }: StationEvent) =>
         kind.startsWith("measurement.") && textOf(body, "scan_id") === this.scan.id;
       if (new_events.length === 0 || new_events.some(ours)) void this.load();
     });
+    return () => {
+      end_labels();
+      end_events();
+    };
   }
 
   /** Loads the measurements and the verdict. */
@@ -104,12 +151,38 @@ export class ResultState {
     }
   }
 
+  /** Labels the measured features on the cloud; a click on one, or on a point of its surface, selects its row. */
+  private label(): () => void {
+    this.view.onLabel = (id) => {
+      const clicked = this.measurements.peek().find((one) => one.id === id);
+      if (clicked) this.showDeviation(clicked);
+    };
+    const ends = [
+      effect(() => {
+        const selected = this.selected.value;
+        this.view.labels.value = this.measurements.value.flatMap((measurement) => {
+          const at = placeOf(measurement);
+          const text = measurement.request.name ?? measuredAs(measurement.request.tool);
+          return at ? [{ id: measurement.id, text, at, current: measurement.id === selected }] : [];
+        });
+      }),
+      effect(() => {
+        const picked = this.view.picks.value.at(-1)?.displayed.position_mm;
+        const found = picked && this.measurements.peek().find((one) => isOn(one, picked));
+        if (found) this.select(found);
+      }),
+    ];
+    return () => {
+      for (const end of ends) end();
+    };
+  }
+
   /** Selects the measurement from whose fitted shape deviations are computed. */
   select(measurement: Measurement): void {
     const feature = featureOf(measurement);
     if (!feature) return;
     this.selected.value = measurement.id;
-    const grid = feature.region ? new RegionGrid(feature.region) : undefined;
+    const grid = gridOf(measurement);
     this.view.feature.value = { shape: shapeOf(feature.shape), grid };
     this.view.shape_name.value = feature.role;
     // A range entered for another shape does not apply.
@@ -147,7 +220,9 @@ export class ResultState {
 
   private request() {
     const [nominal_mm, tolerance_mm] = [this.nominal.peek(), this.tolerance.peek()];
+    const region = this.view.region.peek();
     return {
+      ...(region && { region_mm: [...region.min, ...region.max] }),
       tool: this.tool.peek(),
       ...(nominal_mm !== undefined && { nominal_mm }),
       ...(tolerance_mm !== undefined && { tolerance_mm }),

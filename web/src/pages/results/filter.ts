@@ -1,6 +1,6 @@
 /** The filter of the results. */
 
-import { type Outcome, outcomeOf, VERDICTS } from "../../state/records/outcome";
+import { OUTCOMES, type Outcome, outcomeOf, VERDICTS } from "../../state/records/outcome";
 import type { PartsQuery, ScannedPart } from "../../state/records/scanned";
 
 export interface ResultFilter {
@@ -13,6 +13,19 @@ export interface ResultFilter {
 }
 
 export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
+
+/** The filter in the query of the URL. */
+export function filterOf(query: URLSearchParams): ResultFilter {
+  const text = (name: string) => query.get(name) ?? "";
+  const outcome = OUTCOMES.find((outcome) => outcome === query.get("outcome")) ?? "";
+  return { name: text("name"), outcome, from_day: text("from"), to_day: text("to") };
+}
+
+/** The query of the URL: only the fields that are set. */
+export function queryOf({ name, outcome, from_day, to_day }: ResultFilter): Record<string, string> {
+  const all = { name, outcome, from: from_day, to: to_day };
+  return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== ""));
+}
 
 /** The part of the filter that the server applies to all records. */
 export function serverQuery(outcome: Outcome | ""): PartsQuery {

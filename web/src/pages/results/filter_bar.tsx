@@ -1,12 +1,12 @@
-import type { Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { selected } from "../../components/fields/selected";
+import { replaceQuery } from "../../state/browser/route";
 import { OUTCOMES } from "../../state/records/outcome";
 import { text } from "../../text";
-import { NO_FILTER, type ResultFilter } from "./filter";
+import { queryOf, type ResultFilter } from "./filter";
 
 interface Properties {
-  filter: Signal<ResultFilter>;
+  filter: ResultFilter;
   n_shown: number;
   n_read: number;
   /** Whether all records have been loaded. */
@@ -16,8 +16,9 @@ interface Properties {
 export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
   const words = text.value.results;
   const id = useId();
-  const change = (part: Partial<ResultFilter>) => (filter.value = { ...filter.value, ...part });
-  const any = JSON.stringify(filter.value) !== JSON.stringify(NO_FILTER);
+  const change = (part: Partial<ResultFilter>) =>
+    replaceQuery("results", undefined, queryOf({ ...filter, ...part }));
+  const any = Object.keys(queryOf(filter)).length > 0;
   return (
     <search class="card row end filter-bar">
       <div class="field">
@@ -25,7 +26,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         <input
           id={`${id}-name`}
           type="search"
-          value={filter.value.name}
+          value={filter.name}
           onInput={(event) => change({ name: event.currentTarget.value })}
         />
       </div>
@@ -33,7 +34,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         <label for={`${id}-state`}>{words.by_state}</label>
         <select
           id={`${id}-state`}
-          value={filter.value.outcome}
+          value={filter.outcome}
           onChange={(event) => change({ outcome: selected(event, OUTCOMES) ?? "" })}
         >
           <option value="">{words.all}</option>
@@ -49,7 +50,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         <input
           id={`${id}-from`}
           type="date"
-          value={filter.value.from_day}
+          value={filter.from_day}
           onInput={(event) => change({ from_day: event.currentTarget.value })}
         />
       </div>
@@ -58,12 +59,12 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         <input
           id={`${id}-to`}
           type="date"
-          value={filter.value.to_day}
+          value={filter.to_day}
           onInput={(event) => change({ to_day: event.currentTarget.value })}
         />
       </div>
       {any && (
-        <button type="button" onClick={() => (filter.value = NO_FILTER)}>
+        <button type="button" onClick={() => replaceQuery("results", undefined, {})}>
           {words.no_filter}
         </button>
       )}

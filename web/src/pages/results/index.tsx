@@ -1,15 +1,14 @@
 /** The results page: filter, trend and list of all scans. */
 
-import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
 import { DamagedRecords } from "../../components/dialogs/damaged";
 import { ProblemCard } from "../../components/problem";
 import { ResultViews } from "../../components/result_views";
-import { href } from "../../state/browser/route";
+import { href, route } from "../../state/browser/route";
 import { text } from "../../text";
-import { filtered, NO_FILTER, serverQuery } from "./filter";
+import { filtered, filterOf, serverQuery } from "./filter";
 import { FilterBar } from "./filter_bar";
 import { ResultsState } from "./results_state";
 import { Rows } from "./rows";
@@ -21,12 +20,13 @@ export default function Results() {
   const words = text.value.results;
   const state = useMemo(() => new ResultsState(api, events), [api, events]);
   useEffect(() => state.follow(), [state]);
-  const filter = useSignal(NO_FILTER);
-  const outcome = filter.value.outcome;
+  const { query } = route.value;
+  const filter = useMemo(() => filterOf(query), [query]);
+  const outcome = filter.outcome;
   useEffect(() => state.setQuery(serverQuery(outcome)), [state, outcome]);
   const parts = state.parts.value;
   const problem = state.problem.value;
-  const shown = useMemo(() => (parts ? filtered(parts, filter.value) : []), [parts, filter.value]);
+  const shown = useMemo(() => (parts ? filtered(parts, filter) : []), [parts, filter]);
   return (
     <div class="stack results">
       <div class="row">

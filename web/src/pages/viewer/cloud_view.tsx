@@ -8,9 +8,12 @@ import type { ViewName } from "../../scene/view/orbit";
 import { CloudViewer } from "../../scene/view/viewer";
 import { language, text } from "../../text";
 import { count } from "../../units";
+import { CutCard } from "./cut_card";
+import { useFullView } from "./full_view";
 import { Legend } from "./legend";
 import { Picks } from "./picks";
-import type { ViewState } from "./view_state";
+import { RegionCard } from "./region_card";
+import type { ViewerCard, ViewState } from "./view_state";
 import "./viewer.css";
 
 interface Properties {
@@ -21,13 +24,15 @@ interface Properties {
   empty: ComponentChildren;
   /** Additional tools of the page. */
   tools?: ComponentChildren;
+  /** Whether only the cloud is shown, because another view has the tools and the legend. */
+  bare?: boolean;
 }
 
 const SHOWN = ["cloud", "mesh", "both"] as const;
 
 const VIEWS: readonly ViewName[] = ["iso", "front", "top", "side"];
 
-export function CloudView({ state, onViewer, empty, tools }: Properties) {
+export function CloudView({ state, onViewer, empty, tools, bare }: Properties) {
   const host = useRef<HTMLDivElement>(null);
   const viewer = useRef<CloudViewer | undefined>(undefined);
   const failed = useRef(false);
@@ -49,14 +54,15 @@ export function CloudView({ state, onViewer, empty, tools }: Properties) {
     };
   }, [state, onViewer]);
   const words = text.value.viewer;
+  useFullView(state);
   const points = count(state.n_points.value, language.value);
   useEffect(() => {
     viewer.current?.canvas.setAttribute("role", "application");
     viewer.current?.canvas.setAttribute("aria-label", words.described(points));
   });
   return (
-    <section class="cloud-view" aria-label={words.title}>
-      <Toolbar state={state} viewer={() => viewer.current} tools={tools} />
+    <section class={state.full.value ? "cloud-view full" : "cloud-view"} aria-label={words.title}>
+      {!bare && <Toolbar state={state} viewer={() => viewer.current} tools={tools} />}
       <div class="data-view cloud-stage live-data">
         <div class="cloud-canvas" ref={host} />
         {state.n_points.value === 0 && <div class="cloud-empty">{empty}</div>}
@@ -82,7 +88,9 @@ export function CloudView({ state, onViewer, empty, tools }: Properties) {
             : words.points_of(count(state.n_shown.value, language.value), points)}
         </span>
       </div>
-      <Legend state={state} />
+      {!bare && <Legend state={state} />}
+      {!bare && state.card.value === "region" && <RegionCard state={state} />}
+      {!bare && state.card.value === "cut" && <CutCard state={state} />}
       <Picks state={state} />
     </section>
   );
@@ -97,6 +105,9 @@ function makeViewer(host: HTMLDivElement, state: ViewState): CloudViewer | undef
       onProjection: (orthographic) => {
         state.orthographic.value = orthographic;
       },
+      onRegion: (region) => state.regionSelected(region),
+      onLabel: (id) => state.onLabel?.(id),
+      onMoved: () => state.onMoved?.(),
       onContext: (lost) => {
         state.lost.value = lost;
       },
@@ -149,6 +160,7 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
         </label>
       )}
       {tools}
+      <ViewTools state={state} />
       <span class="grow" />
       <fieldset class="segments" aria-label={words.view}>
         {VIEWS.map((name) => (
@@ -170,5 +182,48 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
         </button>
       </fieldset>
     </div>
+  );
+}
+
+function ViewTools({ state }: { state: ViewState }) {
+  const words = text.value.viewer;
+  const toggleCard = (card: ViewerCard) => {
+    state.card.value = state.card.peek() === card ? undefined : card;
+    if (state.card.peek() === "cut" && !state.cut.peek()) state.cutThrough(1);
+  };
+  return (
+    <fieldset class="segments" aria-label={words.parts}>
+      <button
+        type="button"
+        aria-pressed={state.shaded.value}
+        onClick={() => (state.shaded.value = !state.shaded.peek())}
+      >
+        {words.shading}
+      </button>
+      <button
+        type="button"
+        aria-pressed={state.card.value === "region"}
+        aria-expanded={state.card.value === "region"}
+        onClick={() => toggleCard("region")}
+      >
+        {words.region}
+      </button>
+      <button
+        type="button"
+        aria-pressed={state.card.value === "cut"}
+        aria-expanded={state.card.value === "cut"}
+        onClick={() => toggleCard("cut")}
+      >
+        {words.cut}
+      </button>
+      <button
+        type="button"
+        aria-pressed={state.full.value}
+        aria-keyshortcuts="F11"
+        onClick={() => (state.full.value = !state.full.peek())}
+      >
+        {words.full}
+      </button>
+    </fieldset>
   );
 }

@@ -1,13 +1,17 @@
 /** Display settings and picked points of a point cloud, as signals applied to the viewer. */
 
 import { computed, effect, type Signal, signal } from "@preact/signals";
+import type { Box } from "../../scene/cloud/cloud";
+import { type CutProfile, cutProfile, middleCut } from "../../scene/cloud/cut";
 import type { ExactPoint } from "../../scene/cloud/exact_point";
 import type { Mesh } from "../../scene/cloud/glb";
 import { countShown, proposedRange, sampleValues } from "../../scene/cloud/histogram";
 import type { Picked } from "../../scene/cloud/picking";
 import type { Feature } from "../../scene/cloud/region";
 import type { Vec3 } from "../../scene/cloud/shapes";
+import { type Axis, type Cut, countIn } from "../../scene/cloud/space";
 import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
+import type { Label } from "../../scene/view/overlay";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { remembered } from "../../state/browser/remembered";
 
@@ -25,7 +29,16 @@ export const positionOf = (point: PickedPoint): Vec3 => point.exact?.position_mm
 
 export type QueryExact = (picked: Picked) => Promise<ExactPoint | undefined>;
 
+/** Whether surfaces are shaded. */
+const shaded = remembered("cloud_shaded", true);
+
+/** Card below the cloud. */
+export type ViewerCard = "region" | "cut";
+
 const remembered_mode = remembered<ColourMode>("cloud_mode", "order");
+
+/** What a second view takes over from the first one. */
+const COMMON = ["mode", "hide_outside", "custom_ranges", "shaded", "region", "crop", "cut"] as const;
 
 export class ViewState {
   readonly mode: Signal<ColourMode> = signal(remembered_mode.peek());
@@ -45,6 +58,34 @@ export class ViewState {
   readonly shape_name = signal("");
   readonly mesh = signal<Mesh | undefined>(undefined);
   readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
+  readonly shaded = shaded;
+  /** Whether the view fills the window. */
+  readonly full = signal(false);
+  readonly card = signal<ViewerCard | undefined>(undefined);
+  /** Whether drags select a region. */
+  readonly selecting = signal(false);
+  /** The region of the tools, part frame, mm. */
+  readonly region = signal<Box | undefined>(undefined);
+  /** Whether the last selection contained no points. */
+  readonly empty_selection = signal(false);
+  /** Whether points outside the region are hidden. */
+  readonly crop = signal(false);
+  readonly n_region = computed(() => {
+    this.n_points.value;
+    const region = this.region.value;
+    return region && this.viewer ? countIn(this.viewer.cloud, region) : undefined;
+  });
+  readonly cut = signal<Cut | undefined>(undefined);
+  readonly cut_profile = computed<CutProfile | undefined>(() => {
+    this.n_points.value;
+    const cut = this.cut.value;
+    if (!cut || !this.viewer) return undefined;
+    return cutProfile(this.viewer.cloud, cut, { crop: this.crop.value ? this.region.value : undefined, cut });
+  });
+  /** Points picked in the cut: up to two. */
+  readonly cut_picks = signal<readonly Vec3[]>([]);
+  /** Labelled places of the cloud. */
+  readonly labels = signal<readonly Label[]>([]);
   readonly picks = signal<readonly PickedPoint[]>([]);
   /** Ranges entered by the user; otherwise the automatic range applies. */
   readonly custom_ranges = signal<Partial<Record<ValueMode, ValueRange>>>({});
@@ -55,6 +96,10 @@ export class ViewState {
     if (mode === "order") return { low: 0, high: 1 };
     return this.custom_ranges.value[mode] ?? proposedRange(this.values.value, mode);
   });
+  /** Called with the id of a label that was clicked. */
+  onLabel: ((id: string) => void) | undefined;
+  /** Called when the user has moved the view. */
+  onMoved: (() => void) | undefined;
   private viewer: CloudViewer | undefined;
   private sampled_at_ms = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -83,7 +128,15 @@ export class ViewState {
         const shown = this.mesh.value ? this.shown.value : "cloud";
         viewer.show({ cloud: shown !== "mesh", mesh: shown !== "cloud" });
       }),
-      effect(() => viewer.mark(this.picks.value.map(positionOf))),
+      effect(() => {
+        const picks = this.picks.value.map(positionOf);
+        viewer.mark(picks.length > 0 ? picks : this.cut_picks.value);
+      }),
+      effect(() => viewer.label(this.labels.value)),
+      effect(() => viewer.shade(this.shaded.value)),
+      effect(() => viewer.select(this.selecting.value)),
+      effect(() => viewer.outline(this.card.value === "region" ? this.region.value : undefined)),
+      effect(() => viewer.limit({ crop: this.crop.value ? this.region.value : undefined, cut: this.cut.value })),
     ];
     return () => {
       for (const end of ends) end();
@@ -115,6 +168,44 @@ export class ViewState {
     this.picks.value = this.picks.peek().map((point) => (point === asked ? answered : point));
   }
 
+  /** Selects the displayed points in the view as region. */
+  selectView(): void {
+    this.viewer?.selectRegion();
+  }
+
+  /** Called with the selected region, undefined if it contains no points. */
+  regionSelected(region: Box | undefined): void {
+    this.empty_selection.value = region === undefined;
+    if (region) this.region.value = region;
+    this.selecting.value = false;
+    this.card.value = "region";
+  }
+
+  clearRegion(): void {
+    this.region.value = undefined;
+    this.crop.value = false;
+    this.selecting.value = false;
+    this.empty_selection.value = false;
+  }
+
+  /** Cuts through the middle of the region or of the cloud. */
+  cutThrough(axis: Axis): void {
+    const box = (this.crop.peek() ? this.region.peek() : undefined) ?? this.viewer?.cloud.box;
+    this.cut_picks.value = [];
+    if (box) this.cut.value = middleCut(box, axis, this.cut.peek());
+  }
+
+  clearCut(): void {
+    this.cut.value = undefined;
+    this.cut_picks.value = [];
+  }
+
+  /** Extent of the cloud along an axis. */
+  extent(axis: Axis): readonly [number, number] {
+    const box = this.viewer?.cloud.box;
+    return box ? [box.min[axis], box.max[axis]] : [0, 1];
+  }
+
   clearPicks(): void {
     this.picks.value = [];
   }
@@ -124,6 +215,15 @@ export class ViewState {
     if (mode === "order") return;
     const { [mode]: _, ...others } = this.custom_ranges.peek();
     this.custom_ranges.value = range ? { ...others, [mode]: range } : others;
+  }
+
+  /** Displays what another view displays, as it displays it, until the returned function is called. */
+  mirror(first: ViewState): () => void {
+    return effect(() => {
+      for (const name of COMMON) (this[name] as Signal).value = first[name].value;
+      const mode = first.mode.value;
+      if (mode !== "order") this.custom_ranges.value = { [mode]: first.range.value };
+    });
   }
 
   private sample(): void {

@@ -1,6 +1,7 @@
 /** Fitted shapes, and the deviation of points from them. */
 
 import type { Schemas } from "../../api/client";
+import type { HeightMap } from "./height_map";
 
 export type Vec3 = readonly [number, number, number];
 
@@ -9,11 +10,12 @@ export function vec3([x = Number.NaN, y = Number.NaN, z = Number.NaN]: readonly 
   return [x, y, z];
 }
 
-/** A fitted feature in the part frame, mm. */
+/** A fitted feature, or the surface of another scan, in the part frame, mm. */
 export type FittedShape =
   | { kind: "plane"; point_mm: Vec3; normal: Vec3 }
   | { kind: "sphere"; centre_mm: Vec3; radius_mm: number }
-  | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number };
+  | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number }
+  | { kind: "surface"; map: HeightMap };
 
 /** Converts the shape of a measurement result. */
 export function shapeOf(shape: Schemas["ShapeDto"]): FittedShape {
@@ -44,13 +46,15 @@ export function distance(a: Vec3, b: Vec3): number {
   return Math.hypot(...subtract(a, b));
 }
 
-/** Signed distance of a point, mm: positive on the side of the normal, or outside. */
+/** Signed distance of a point, mm: positive on the side of the normal, or outside; `NaN` if unknown. */
 export function deviation(shape: FittedShape, at: Vec3): number {
   switch (shape.kind) {
     case "plane":
       return dot(shape.normal, subtract(at, shape.point_mm));
     case "sphere":
       return distance(at, shape.centre_mm) - shape.radius_mm;
+    case "surface":
+      return shape.map.deviation(at);
     case "cylinder": {
       const from_axis = subtract(at, shape.point_mm);
       const along = dot(shape.axis, from_axis);

@@ -6,9 +6,11 @@
  */
 
 import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "../cloud/cloud";
+import type { HeightMap } from "../cloud/height_map";
 import type { RegionGrid } from "../cloud/region";
 import { GlProgram, type UniformValue } from "./gl_program";
 import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
+import { SURFACE_UNIT } from "./uniforms";
 
 const BYTES_PER_POINT = 2 * WORDS;
 
@@ -33,6 +35,8 @@ export class CloudLayer {
   private grid: RegionGrid | undefined;
   /** Texture of the region's cells; undefined until needed. */
   private cells: WebGLTexture | undefined;
+  private surface: HeightMap | undefined;
+  private planes: WebGLTexture | undefined;
   private program: GlProgram;
 
   constructor(private readonly gl: WebGL2RenderingContext) {
@@ -43,6 +47,7 @@ export class CloudLayer {
   restore(): void {
     this.drawn.clear();
     this.cells = undefined;
+    this.planes = undefined;
     this.program = new GlProgram(this.gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
@@ -51,6 +56,13 @@ export class CloudLayer {
     if (this.cells) this.gl.deleteTexture(this.cells);
     this.cells = undefined;
     this.grid = grid;
+  }
+
+  /** Sets the surface of another scan from which deviations are computed. */
+  setSurface(surface: HeightMap | undefined): void {
+    if (this.planes) this.gl.deleteTexture(this.planes);
+    this.planes = undefined;
+    this.surface = surface;
   }
 
   /** Uploads new points. */
@@ -65,6 +77,12 @@ export class CloudLayer {
     if (this.grid) {
       this.cells ??= this.write3D(this.grid);
       gl.bindTexture(gl.TEXTURE_3D, this.cells);
+    }
+    if (this.surface) {
+      this.planes ??= this.writePlanes(this.surface);
+      gl.activeTexture(gl.TEXTURE0 + SURFACE_UNIT);
+      gl.bindTexture(gl.TEXTURE_2D, this.planes);
+      gl.activeTexture(gl.TEXTURE0);
     }
     let n_drawn = 0;
     for (const [chunk, { vertices }] of this.drawn) {
@@ -87,6 +105,7 @@ export class CloudLayer {
     }
     this.drawn.clear();
     this.setRegion(undefined);
+    this.setSurface(undefined);
     this.program.dispose();
   }
 
@@ -100,6 +119,16 @@ export class CloudLayer {
     for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
       gl.texParameteri(gl.TEXTURE_3D, side, gl.NEAREST);
     return cells;
+  }
+
+  private writePlanes({ values, size }: HeightMap): WebGLTexture {
+    const { gl } = this;
+    const planes = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, planes);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, size[0], size[1], 0, gl.RGBA, gl.FLOAT, values);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+      gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    return planes;
   }
 
   private writeChunk(chunk: CloudChunk): void {

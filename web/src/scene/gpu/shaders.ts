@@ -17,9 +17,26 @@ uniform vec3 u_shape_axis;
 uniform float u_shape_radius;
 uniform bool u_has_region;
 uniform float u_band_um;
+uniform highp sampler2D u_surface;
+uniform vec2 u_surface_origin;
+uniform float u_surface_cell;
 const vec3 UNKNOWN = vec3(0.604, 0.627, 0.651);
 
+/** Distance from the surface of another scan; far outside any range where that is unknown. */
+const float NOWHERE_UM = 1e9;
+float surface_um(vec3 at) {
+  vec2 place = (at.xy - u_surface_origin) / u_surface_cell;
+  ivec2 cell = ivec2(floor(place));
+  ivec2 size = textureSize(u_surface, 0);
+  if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, size))) return NOWHERE_UM;
+  vec4 plane = texelFetch(u_surface, cell, 0);
+  if (plane.w < 0.5) return NOWHERE_UM;
+  vec2 away = u_surface_cell * (place - vec2(cell) - 0.5);
+  return 1e3 * (plane.x + dot(plane.yz, away) - at.z) / length(vec3(1.0, plane.yz));
+}
+
 float deviation_um(vec3 at) {
+  if (u_shape == 4) return surface_um(at);
   vec3 from = at - u_shape_point;
   float along = dot(u_shape_axis, from);
   if (u_shape == 1) return 1e3 * along;
@@ -33,6 +50,26 @@ vec3 colour_of(float value) {
   float place = share * ${(PALETTE_STOPS - 1).toFixed(1)};
   int first = min(int(place), ${PALETTE_STOPS - 2});
   return mix(u_palette[first], u_palette[first + 1], place - float(first));
+}
+`;
+
+/** Which part of space is displayed: a box, and one side of a cut. */
+const DISPLAYED_SPACE = /* glsl */ `
+uniform bool u_crop;
+uniform vec3 u_crop_min;
+uniform vec3 u_crop_max;
+uniform int u_cut_axis;
+uniform float u_cut_at;
+uniform float u_cut_half;
+uniform bool u_cut_hides;
+
+bool is_cropped(vec3 at) {
+  if (u_crop && (any(lessThan(at, u_crop_min)) || any(greaterThan(at, u_crop_max)))) return true;
+  return u_cut_axis >= 0 && u_cut_hides && at[u_cut_axis] > u_cut_at + u_cut_half;
+}
+
+bool is_in_cut(vec3 at) {
+  return u_cut_axis >= 0 && abs(at[u_cut_axis] - u_cut_at) <= u_cut_half;
 }
 `;
 
@@ -55,7 +92,10 @@ uniform float u_shuffle_mm;
 in float intensity;
 in float order_sigma;
 flat out vec3 v_colour;
+flat out float v_depth_mm;
+const vec3 CUT_COLOUR = vec3(1.0);
 ${COLOUR_BY_VALUE}
+${DISPLAYED_SPACE}
 /** Whether a position is in the region of the feature. */
 bool belongs(vec3 at, float value) {
   if (!u_has_region) return true;
@@ -86,6 +126,16 @@ void main() {
   vec3 at = u_origin + u_step * position;
   gl_Position = u_clip * vec4(at, 1.0);
   gl_PointSize = u_size_px;
+  v_depth_mm = -dot(at, u_towards);
+  if (is_cropped(at)) {
+    // A position behind the far plane is clipped.
+    gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+    return;
+  }
+  if (is_in_cut(at)) {
+    v_colour = CUT_COLOUR;
+    return;
+  }
   float sigma_class = floor(order_sigma / 256.0);
   float order_byte = order_sigma - 256.0 * sigma_class;
   if (u_mode == 0) {
@@ -102,8 +152,8 @@ void main() {
     value = intensity;
   } else if (u_mode == 4) {
     value = deviation_um(at);
-    known = u_shape > 0 && belongs(at, value);
-    if (known) {
+    known = u_shape > 0 && value < NOWHERE_UM && belongs(at, value);
+    if (known && u_shape < 4) {
       // Which of several overlapping points is visible is random: by depth it would always be those on one side of the
       // surface, and by drawing order those of one diffraction order.
       vec4 deep = u_clip * vec4(foot(at) + u_towards * (lot(position) - 0.5) * u_shuffle_mm, 1.0);
@@ -111,7 +161,6 @@ void main() {
     }
   }
   v_colour = known ? colour_of(value) : UNKNOWN;
-  // A position behind the far plane is clipped.
   bool outside = value < u_range.x || value > u_range.y;
   if (u_hide_outside && (known ? outside : u_mode == 4)) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }
@@ -119,9 +168,68 @@ void main() {
 
 export const POINT_FRAGMENT = /* glsl */ `${HEAD}
 flat in vec3 v_colour;
-out vec4 colour;
+flat in float v_depth_mm;
+layout(location = 0) out vec4 colour;
+layout(location = 1) out float depth_mm;
 void main() {
   colour = vec4(v_colour, 1.0);
+  depth_mm = v_depth_mm;
+}
+`;
+
+/** Depth of pixels that are not shaded. */
+export const BACKGROUND_DEPTH_MM = 1e30;
+
+/** One triangle that covers the canvas. */
+export const SHADING_VERTEX = /* glsl */ `${HEAD}
+void main() {
+  gl_Position = vec4(4.0 * float(gl_VertexID & 1) - 1.0, 4.0 * float(gl_VertexID >> 1) - 1.0, 0.0, 1.0);
+}
+`;
+
+export const SHADING_FRAGMENT = /* glsl */ `${HEAD}
+uniform sampler2D u_colours;
+uniform sampler2D u_depths;
+uniform float u_mm_per_px;
+uniform int u_reach;
+out vec4 colour;
+
+/** Neighbours that rise more steeply than this belong to another surface. */
+const float STEEPEST = 4.0;
+/** Brightness of a surface seen edge-on. */
+const float AMBIENT = 0.35;
+/** Strength of the darkening beside nearer surfaces. */
+const float EDGE = 0.45;
+
+void main() {
+  ivec2 here = ivec2(gl_FragCoord.xy);
+  vec4 unshaded = texelFetch(u_colours, here, 0);
+  float depth = texelFetch(u_depths, here, 0).r;
+  colour = unshaded;
+  if (depth > 1e29) return;
+  ivec2 last = textureSize(u_depths, 0) - 1;
+  vec2 rises = vec2(0.0);
+  vec2 squares = vec2(0.0);
+  float nearer = 0.0;
+  for (int ring = 1; ring <= 2; ring++) {
+    for (int idx = 0; idx < 9; idx++) {
+      if (idx == 4) continue;
+      ivec2 to = ring * u_reach * ivec2(idx % 3 - 1, idx / 3 - 1);
+      float other = texelFetch(u_depths, clamp(here + to, ivec2(0), last), 0).r;
+      if (other > 1e29) continue;
+      vec2 away = vec2(to);
+      float rise_px = (other - depth) / u_mm_per_px;
+      float slope = rise_px / length(away);
+      if (abs(slope) <= STEEPEST) {
+        rises += away * rise_px;
+        squares += away * away;
+      }
+      nearer += clamp(-slope - 1.0, 0.0, 2.0);
+    }
+  }
+  vec3 normal = normalize(vec3(-rises / max(squares, vec2(1.0)), 1.0));
+  float light = (AMBIENT + (1.0 - AMBIENT) * normal.z) * exp(-EDGE * nearer / 4.0);
+  colour = vec4(light * unshaded.rgb, 1.0);
 }
 `;
 
@@ -141,16 +249,21 @@ uniform int u_mode;
 uniform bool u_hide_outside;
 uniform vec3 u_towards;
 in vec3 v_in_part;
-out vec4 colour;
+layout(location = 0) out vec4 colour;
+layout(location = 1) out float depth_mm;
 ${COLOUR_BY_VALUE}
+${DISPLAYED_SPACE}
 void main() {
+  if (is_cropped(v_in_part)) discard;
+  // Shaded already.
+  depth_mm = ${BACKGROUND_DEPTH_MM};
   vec3 normal = normalize(cross(dFdx(v_in_part), dFdy(v_in_part)));
   float light = 0.35 + 0.65 * abs(dot(normal, u_towards));
   vec3 base = vec3(0.78, 0.80, 0.82);
   bool by_value = u_mode == 1 || (u_mode == 4 && u_shape > 0);
   if (by_value) {
     float value = u_mode == 1 ? v_in_part.z : deviation_um(v_in_part);
-    bool far = u_mode == 4 && u_has_region && abs(value) > u_band_um;
+    bool far = u_mode == 4 && (value >= NOWHERE_UM || (u_has_region && abs(value) > u_band_um));
     if (u_hide_outside && (far || value < u_range.x || value > u_range.y)) discard;
     base = far ? UNKNOWN : colour_of(value);
   }

@@ -1,6 +1,8 @@
 /** The uniforms that determine the colours of points and mesh. */
 
 import type { Feature } from "../cloud/region";
+import type { FittedShape } from "../cloud/shapes";
+import type { DisplayedSpace } from "../cloud/space";
 import { COLOUR_MODES, type Colouring, orderTable, palette, rgb } from "../colours";
 import type { UniformValue } from "./gl_program";
 
@@ -9,9 +11,26 @@ export function initialUniforms(): Record<string, UniformValue> {
   return {
     ...colourUniforms({ mode: "order", range: { low: 0, high: 1 }, hide_outside: false }),
     ...featureUniforms(undefined),
+    ...spaceUniforms({ crop: undefined, cut: undefined }),
     u_palette: palette("height").flatMap(rgb),
     u_orders: orderTable().flat(),
   };
+}
+
+/** Texture unit of the surface of another scan. */
+export const SURFACE_UNIT = 2;
+
+function shapeUniforms(shape: FittedShape): Record<string, UniformValue> {
+  switch (shape.kind) {
+    case "plane":
+      return { u_shape_point: shape.point_mm, u_shape_axis: shape.normal, u_shape_radius: 0 };
+    case "sphere":
+      return { u_shape_point: shape.centre_mm, u_shape_axis: [0, 0, 1], u_shape_radius: shape.radius_mm };
+    case "cylinder":
+      return { u_shape_point: shape.point_mm, u_shape_axis: shape.axis, u_shape_radius: shape.radius_mm };
+    case "surface":
+      return { u_surface_origin: shape.map.origin_mm, u_surface_cell: shape.map.cell_mm };
+  }
 }
 
 export function colourUniforms({ mode, range, hide_outside }: Colouring): Record<string, UniformValue> {
@@ -23,16 +42,22 @@ export function colourUniforms({ mode, range, hide_outside }: Colouring): Record
   };
 }
 
+export function spaceUniforms({ crop, cut }: DisplayedSpace): Record<string, UniformValue> {
+  return {
+    u_crop: Number(crop !== undefined),
+    ...(crop && { u_crop_min: crop.min, u_crop_max: crop.max }),
+    u_cut_axis: cut ? cut.axis : -1,
+    ...(cut && { u_cut_at: cut.at_mm, u_cut_half: cut.thickness_mm / 2, u_cut_hides: Number(cut.hides) }),
+  };
+}
+
 export function featureUniforms(feature: Feature | undefined): Record<string, UniformValue> {
   const shape = feature?.shape;
   const region = feature?.grid?.region;
   return {
-    u_shape: shape ? { plane: 1, sphere: 2, cylinder: 3 }[shape.kind] : 0,
-    ...(shape && {
-      u_shape_point: shape.kind === "sphere" ? shape.centre_mm : shape.point_mm,
-      u_shape_axis: shape.kind === "plane" ? shape.normal : shape.kind === "cylinder" ? shape.axis : [0, 0, 1],
-      u_shape_radius: shape.kind === "plane" ? 0 : shape.radius_mm,
-    }),
+    u_shape: shape ? { plane: 1, sphere: 2, cylinder: 3, surface: 4 }[shape.kind] : 0,
+    u_surface: SURFACE_UNIT,
+    ...(shape && shapeUniforms(shape)),
     u_has_region: Number(region !== undefined),
     ...(region && {
       u_region_origin: region.origin_mm,

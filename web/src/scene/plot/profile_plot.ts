@@ -56,6 +56,7 @@ export class ProfilePlot {
   private zoomed: { along: Span; z: Span } | undefined;
   private profile: ProfileMessage | undefined;
   private marked: number | undefined;
+  private pinned: readonly number[] = [];
   private frame_request = 0;
 
   /** `pointed` gets the index of the profile point under the pointer. */
@@ -88,6 +89,12 @@ export class ProfilePlot {
   mark(idx: number | undefined): void {
     if (idx === this.marked) return;
     this.marked = idx;
+    this.redraw();
+  }
+
+  /** Marks points until the next call. */
+  pin(idxs: readonly number[]): void {
+    this.pinned = idxs;
     this.redraw();
   }
 
@@ -217,6 +224,7 @@ export class ProfilePlot {
       context.stroke();
     }
     for (const range of profile.orders) if (!this.hidden.has(range.order)) this.name(plot, profile, range);
+    for (const idx of this.pinned) this.paintRing(plot, profile, idx);
     if (this.marked !== undefined) this.paintMark(plot, profile, this.marked);
     context.restore();
   }
@@ -256,7 +264,7 @@ export class ProfilePlot {
     const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
     if (along[idx] === undefined) return;
     const context = plot.ctx;
-    const [x, y] = [plot.valToPos(along[idx], "x", true), plot.valToPos(profile.z_mm[idx] ?? 0, "y", true)];
+    const x = plot.valToPos(along[idx], "x", true);
     context.strokeStyle = "#ffffff";
     context.lineWidth = 1.5 * devicePixelRatio;
     context.beginPath();
@@ -265,7 +273,17 @@ export class ProfilePlot {
     context.globalAlpha = 0.5;
     context.stroke();
     context.globalAlpha = 1;
+    this.paintRing(plot, profile, idx);
+  }
+
+  private paintRing(plot: uPlot, profile: ProfileMessage, idx: number): void {
+    const along = (profile.along === "x" ? profile.x_mm : profile.y_mm)[idx];
+    if (along === undefined) return;
+    const context = plot.ctx;
+    context.strokeStyle = "#ffffff";
+    context.lineWidth = 1.5 * devicePixelRatio;
     context.beginPath();
+    const [x, y] = [plot.valToPos(along, "x", true), plot.valToPos(profile.z_mm[idx] ?? 0, "y", true)];
     context.arc(x, y, 6 * devicePixelRatio, 0, 2 * Math.PI);
     context.stroke();
   }

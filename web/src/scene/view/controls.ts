@@ -1,5 +1,6 @@
-/** Mouse, touch and keyboard control of the view; a click picks a point. */
+/** Mouse, touch and keyboard control of the view; a click picks a point, and a drag can select a rectangle. */
 
+import type { Rectangle } from "../cloud/region_pick";
 import type { Orbit, ViewName } from "./orbit";
 
 /** Rotation by a drag across the height of the view. */
@@ -28,6 +29,10 @@ export interface ControlEvents {
   toggleOrthographic(): void;
   /** Clears the picked points. */
   clear(): void;
+  /** The rectangle being selected; undefined when the drag has ended. */
+  selecting(rectangle: Rectangle | undefined): void;
+  /** A rectangle was selected. */
+  selected(rectangle: Rectangle): void;
 }
 
 interface Finger {
@@ -35,11 +40,22 @@ interface Finger {
   y: number;
 }
 
+function rectangleOf(from: Finger, to: Finger): Rectangle {
+  return {
+    left_px: Math.min(from.x, to.x),
+    top_px: Math.min(from.y, to.y),
+    right_px: Math.max(from.x, to.x),
+    bottom_px: Math.max(from.y, to.y),
+  };
+}
+
 /** Listens on a canvas until `dispose`. */
 export class Controls {
   private readonly fingers = new Map<number, Finger>();
   private pressed: { x: number; y: number; still: boolean; pan: boolean } | undefined;
   private readonly listening = new AbortController();
+  /** Whether a drag selects a rectangle instead of moving the view. */
+  selects = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -74,6 +90,10 @@ export class Controls {
     const now = { x: event.offsetX, y: event.offsetY };
     if (Math.hypot(now.x - this.pressed.x, now.y - this.pressed.y) > CLICK_PX) this.pressed.still = false;
     if (this.pressed.still) return;
+    if (this.selects) {
+      this.events.selecting(rectangleOf(this.pressed, now));
+      return;
+    }
     const height = this.canvas.clientHeight || 1;
     const other = [...this.fingers].find(([id]) => id !== event.pointerId)?.[1];
     if (other) this.pinch(before, now, other, height);
@@ -93,6 +113,11 @@ export class Controls {
     this.fingers.delete(event.pointerId);
     const pressed = this.pressed;
     if (this.fingers.size === 0) this.pressed = undefined;
+    if (this.selects && pressed && !pressed.still) {
+      this.events.selecting(undefined);
+      this.events.selected(rectangleOf(pressed, { x: event.offsetX, y: event.offsetY }));
+      return;
+    }
     if (pressed?.still && event.button === 0) this.events.picked(pressed.x, pressed.y);
   }
 

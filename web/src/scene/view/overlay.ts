@@ -1,8 +1,12 @@
-/** SVG overlay of the cloud: axes, scale bar, picked points and the line between them. */
+/** SVG overlay of the cloud: axes, scale bar, picked points, labels of features, region, and the selection. */
 
+import type { Box } from "../cloud/cloud";
 import { type Projection, project } from "../cloud/picking";
-import { dot, type Vec3 } from "../cloud/shapes";
+import type { Rectangle } from "../cloud/region_pick";
+import { dot, type Vec3, vec3 } from "../cloud/shapes";
 import type { Orbit } from "./orbit";
+
+type OnView = (at: Vec3) => [number, number, number];
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -19,9 +23,34 @@ const AXES: readonly { name: string; direction: Vec3 }[] = [
   { name: "z", direction: [0, 0, 1] },
 ];
 
+/** A label at a place of the cloud. */
+export interface Label {
+  id: string;
+  text: string;
+  at: Vec3;
+  current: boolean;
+}
+
+/** What is drawn over the cloud. */
+export interface Annotations {
+  marks: readonly Vec3[];
+  labels: readonly Label[];
+  /** Corners of the region. */
+  region: Box | undefined;
+  selection: Rectangle | undefined;
+}
+
+/** Edges of a box, by the bits of their corners. */
+const EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((from) =>
+  [1, 2, 4].filter((bit) => !(from & bit)).map((bit) => [from, from | bit] as const),
+);
+
 export class Overlay {
   private readonly svg = element("svg", { class: "cloud-overlay", "aria-hidden": "true" });
   private readonly marks = element("g", { class: "marks" });
+  private readonly labels = element("g", { class: "labels" });
+  private readonly region = element("path", { class: "region" });
+  private readonly selection = element("rect", { class: "selection" });
   private readonly axes = AXES.map(({ name }) => {
     const line = element("line", { class: "axis" });
     const letter = element("text", { class: "axis" });
@@ -31,18 +60,26 @@ export class Overlay {
   private readonly bar = element("path", { class: "bar" });
   private readonly bar_text = document.createElement("span");
 
-  constructor(host: HTMLElement) {
+  /** `chosen` is called with the id of a label that was clicked. */
+  constructor(
+    host: HTMLElement,
+    private readonly chosen: (id: string) => void = () => {},
+  ) {
     for (const { line, letter } of this.axes) this.svg.append(line, letter);
-    this.svg.append(this.bar, this.marks);
+    this.svg.append(this.bar, this.region, this.labels, this.marks, this.selection);
     this.bar_text.className = "cloud-bar";
     host.append(this.svg, this.bar_text);
   }
 
   /** Redraws the overlay for a view of the given size. */
-  draw(orbit: Orbit, clip: Projection, marks: readonly Vec3[], width_px: number, height_px: number): void {
+  draw(orbit: Orbit, clip: Projection, shown: Annotations, width_px: number, height_px: number): void {
+    const onView = (at: Vec3) => project(clip, at, width_px, height_px);
     this.drawAxes(orbit, height_px);
     this.drawBar(orbit, width_px, height_px);
-    this.drawMarks(clip, marks, width_px, height_px);
+    this.drawMarks(onView, shown.marks);
+    this.drawLabels(onView, shown.labels);
+    this.drawRegion(onView, shown.region);
+    this.drawSelection(shown.selection);
   }
 
   dispose(): void {
@@ -96,8 +133,46 @@ export class Overlay {
     this.bar_text.textContent = label;
   }
 
-  private drawMarks(clip: Projection, marks: readonly Vec3[], width_px: number, height_px: number): void {
-    const places = marks.map((mark) => project(clip, mark, width_px, height_px));
+  private drawLabels(onView: OnView, labels: readonly Label[]): void {
+    this.labels.replaceChildren(
+      ...labels.map(({ id, text, at, current }) => {
+        const [x, y] = onView(at);
+        const group = element("g", { class: current ? "label current" : "label", "data-label": id });
+        const dot = element("circle", { r: "5" });
+        set(dot, { cx: x, cy: y });
+        const word = element("text", {});
+        set(word, { x: x + 10, y: y + 4 });
+        word.textContent = text;
+        group.append(dot, word);
+        group.addEventListener("click", () => this.chosen(id));
+        return group;
+      }),
+    );
+  }
+
+  private drawRegion(onView: OnView, region: Box | undefined): void {
+    if (!region) {
+      this.region.removeAttribute("d");
+      return;
+    }
+    const corner = (bits: number): Vec3 =>
+      vec3(([0, 1, 2] as const).map((axis) => ((bits >> axis) & 1 ? region.max : region.min)[axis]));
+    const path = EDGES.map(([from, to]) => {
+      const [[x0, y0], [x1, y1]] = [onView(corner(from)), onView(corner(to))];
+      return `M${x0.toFixed(1)},${y0.toFixed(1)}L${x1.toFixed(1)},${y1.toFixed(1)}`;
+    });
+    this.region.setAttribute("d", path.join(""));
+  }
+
+  private drawSelection(selection: Rectangle | undefined): void {
+    this.selection.setAttribute("visibility", selection ? "visible" : "hidden");
+    if (!selection) return;
+    const { left_px: x, top_px: y, right_px, bottom_px } = selection;
+    set(this.selection, { x, y, width: right_px - x, height: bottom_px - y });
+  }
+
+  private drawMarks(onView: OnView, marks: readonly Vec3[]): void {
+    const places = marks.map(onView);
     const parts: SVGElement[] = [];
     const [first, second] = places;
     if (first && second) {

@@ -6,19 +6,22 @@
  */
 
 import type { PointsBlock } from "../../stream/protocol";
-import { Cloud, type CloudChunk, LANES } from "../cloud/cloud";
+import { type Box, Cloud, type CloudChunk, LANES } from "../cloud/cloud";
 import type { Mesh } from "../cloud/glb";
 import { isHidden, valueAt } from "../cloud/histogram";
 import { type Picked, pick } from "../cloud/picking";
 import type { Feature } from "../cloud/region";
+import { type Rectangle, regionIn } from "../cloud/region_pick";
 import type { Vec3 } from "../cloud/shapes";
+import { type DisplayedSpace, isDisplayed, WHOLE_SPACE } from "../cloud/space";
 import { type Colouring, rgb } from "../colours";
 import { CloudLayer } from "../gpu/cloud_layer";
 import { MeshLayer } from "../gpu/mesh_layer";
-import { colourUniforms, featureUniforms, initialUniforms } from "../gpu/uniforms";
+import { ShadingPass } from "../gpu/shading_pass";
+import { colourUniforms, featureUniforms, initialUniforms, spaceUniforms } from "../gpu/uniforms";
 import { Controls } from "./controls";
 import { Orbit, type ViewName } from "./orbit";
-import { Overlay } from "./overlay";
+import { type Label, Overlay } from "./overlay";
 import { Thinning } from "./thinning";
 
 /** Time per frame for writing points, of about 8 ms in total. */
@@ -43,6 +46,12 @@ export interface ViewerEvents {
   /** The user clears the picked points. */
   onCleared?: () => void;
   onProjection?: (orthographic: boolean) => void;
+  /** A region of the view was selected; undefined: it contains no points. */
+  onRegion?: (region: Box | undefined) => void;
+  /** A label was clicked. */
+  onLabel?: (id: string) => void;
+  /** The view was moved by the user. */
+  onMoved?: () => void;
   /** The WebGL context was lost or restored. */
   onContext?: (lost: boolean) => void;
 }
@@ -72,6 +81,13 @@ export class CloudViewer {
   private mesh: MeshLayer | undefined;
   private waiting: PointsBlock[] = [];
   private marks: readonly Vec3[] = [];
+  private labels: readonly Label[] = [];
+  private region: Box | undefined;
+  private selection: Rectangle | undefined;
+  private space: DisplayedSpace = WHOLE_SPACE;
+  /** Undefined if shading is off or not possible. */
+  private shading: ShadingPass | undefined;
+  private shaded = false;
   private colouring: Colouring | undefined;
   private feature: Feature | undefined;
   private shown = { cloud: true, mesh: false };
@@ -97,7 +113,7 @@ export class CloudViewer {
     this.gl = gl;
     this.layer = new CloudLayer(gl);
     host.append(this.canvas);
-    this.overlay = new Overlay(host);
+    this.overlay = new Overlay(host, (id) => events.onLabel?.(id));
     this.controls = new Controls(this.canvas, this.orbit, {
       moved: () => this.moved(),
       picked: (x_px, y_px) => this.pickAt(x_px, y_px),
@@ -105,6 +121,11 @@ export class CloudViewer {
       view: (name) => this.view(name),
       toggleOrthographic: () => this.toggleOrthographic(),
       clear: () => events.onCleared?.(),
+      selecting: (rectangle) => {
+        this.selection = rectangle;
+        this.invalidate();
+      },
+      selected: (rectangle) => this.selectRegion(rectangle),
     });
     this.canvas.addEventListener("webglcontextlost", this.contextLost);
     this.canvas.addEventListener("webglcontextrestored", this.contextRestored);
@@ -124,10 +145,11 @@ export class CloudViewer {
   clear(): void {
     this.layer.dispose();
     this.layer = new CloudLayer(this.gl);
-    this.layer.setRegion(this.feature?.grid);
+    this.prepareLayer();
     this.cloud = new Cloud();
     this.waiting = [];
     this.marks = [];
+    this.labels = [];
     this.moved_by_user = false;
     this.setMesh(undefined);
     this.events.onGrown?.(this.cloud);
@@ -144,8 +166,14 @@ export class CloudViewer {
   deviateFrom(feature: Feature | undefined): void {
     this.feature = feature;
     Object.assign(this.uniforms, featureUniforms(feature));
-    this.layer.setRegion(feature?.grid);
+    this.prepareLayer();
     this.invalidate();
+  }
+
+  private prepareLayer(): void {
+    const { feature } = this;
+    this.layer.setRegion(feature?.grid);
+    this.layer.setSurface(feature?.shape.kind === "surface" ? feature.shape.map : undefined);
   }
 
   setMesh(mesh: Mesh | undefined): void {
@@ -163,6 +191,55 @@ export class CloudViewer {
   mark(marks: readonly Vec3[]): void {
     this.marks = marks;
     this.invalidate();
+  }
+
+  /** Labels places of the cloud. */
+  label(labels: readonly Label[]): void {
+    this.labels = labels;
+    this.invalidate();
+  }
+
+  /** Outlines a region. */
+  outline(region: Box | undefined): void {
+    this.region = region;
+    this.invalidate();
+  }
+
+  /** Displays only a part of space. */
+  limit(space: DisplayedSpace): void {
+    this.space = space;
+    Object.assign(this.uniforms, spaceUniforms(space));
+    this.invalidate();
+  }
+
+  /** Whether the surface is shaded; ignored if the browser cannot do it. */
+  shade(shaded: boolean): void {
+    this.shaded = shaded;
+    if (shaded) this.shading ??= ShadingPass.create(this.gl);
+    this.invalidate();
+  }
+
+  /** Whether drags select a region. */
+  select(selects: boolean): void {
+    this.controls.selects = selects;
+    this.canvas.classList.toggle("selects", selects);
+  }
+
+  /** Selects the displayed points within a rectangle, all of the view by default. */
+  selectRegion(rectangle?: Rectangle): void {
+    const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
+    const whole = { left_px: 0, top_px: 0, right_px: width_px, bottom_px: height_px };
+    const displayed = (at: Vec3) => isDisplayed(this.space, at);
+    const size = { width_px, height_px };
+    this.events.onRegion?.(regionIn(this.cloud, this.orbit.clip(), rectangle ?? whole, size, displayed));
+  }
+
+  /** Shows what another view shows, and is moved by it. */
+  follow(other: CloudViewer): void {
+    const { target, azimuth_rad, elevation_rad, distance_mm, orthographic } = other.orbit;
+    Object.assign(this.orbit, { target, azimuth_rad, elevation_rad, distance_mm, orthographic });
+    this.moved_by_user = true;
+    this.active();
   }
 
   view(name: ViewName): void {
@@ -192,11 +269,19 @@ export class CloudViewer {
 
   /** Test for hidden points; undefined if all are visible. */
   private hides(): ((chunk: CloudChunk, point: number) => boolean) | undefined {
-    const { colouring, feature } = this;
-    if (!colouring?.hide_outside || colouring.mode === "order") return undefined;
-    const { mode, range } = colouring;
-    return (chunk, point) =>
-      isHidden(valueAt(mode, chunk.position(point), chunk.attributes(point), feature), mode, range);
+    const { colouring, feature, space } = this;
+    const by_value = colouring?.hide_outside && colouring.mode !== "order";
+    if (!by_value && !space.crop && !space.cut) return undefined;
+    return (chunk, point) => {
+      const at = chunk.position(point);
+      if (!isDisplayed(space, at)) return true;
+      if (!by_value || colouring.mode === "order") return false;
+      return isHidden(
+        valueAt(colouring.mode, at, chunk.attributes(point), feature),
+        colouring.mode,
+        colouring.range,
+      );
+    };
   }
 
   /** The current view with its scale as the data URL of a PNG; undefined while the context is lost. */
@@ -234,6 +319,7 @@ export class CloudViewer {
     this.overlay.dispose();
     this.layer.dispose();
     this.mesh?.dispose();
+    this.shading?.dispose();
     this.canvas.removeEventListener("webglcontextlost", this.contextLost);
     this.canvas.removeEventListener("webglcontextrestored", this.contextRestored);
     this.gl.getExtension("WEBGL_lose_context")?.loseContext();
@@ -242,6 +328,7 @@ export class CloudViewer {
 
   private moved(): void {
     this.moved_by_user = true;
+    this.events.onMoved?.();
     this.active();
   }
 
@@ -301,12 +388,16 @@ export class CloudViewer {
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
+    const shading = this.shaded ? this.shading : undefined;
     gl.clearColor(...BACKGROUND, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    if (shading) shading.begin(BACKGROUND);
+    else gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (this.shown.mesh) this.mesh?.draw(uniforms);
     this.layer.write(this.cloud);
     this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.thinning.factor) : 0;
-    this.overlay.draw(this.orbit, clip, this.marks, width_px, height_px);
+    shading?.end(1 / px_per_mm, Math.max(1, Math.round(size_px)));
+    const { marks, labels, region, selection } = this;
+    this.overlay.draw(this.orbit, clip, { marks, labels, region, selection }, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
     this.canvas.dataset.uploaded = String(this.layer.n_uploaded);
@@ -351,6 +442,7 @@ export class CloudViewer {
   private readonly contextRestored = (): void => {
     this.lost = false;
     this.layer.restore();
+    this.shading = this.shaded ? ShadingPass.create(this.gl) : undefined;
     this.setMesh(this.mesh?.mesh);
     this.events.onContext?.(false);
     this.invalidate();

@@ -15,11 +15,17 @@ export const PAGES = [
 ] as const;
 
 /** Pages without an entry in the rail, and the entry that they belong to. */
-const PARENTS = { result: "results", inspections: "results", statistics: "results" } as const;
+const PARENTS = {
+  result: "results",
+  inspections: "results",
+  statistics: "results",
+  teach: "results",
+  compare: "results",
+} as const;
 
 export type PageName = (typeof PAGES)[number] | keyof typeof PARENTS;
 
-const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections", "statistics"];
+const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections", "statistics", "teach", "compare"];
 
 function hasParent(page: PageName): page is keyof typeof PARENTS {
   return page in PARENTS;

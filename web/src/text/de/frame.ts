@@ -160,4 +160,6 @@ export const pages = {
   result: "Ergebnis",
   inspections: "Prüfungen",
   statistics: "Statistik",
+  teach: "Rezept einlernen",
+  compare: "Vergleich",
 };

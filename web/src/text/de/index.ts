@@ -1,5 +1,6 @@
 import type { Catalogue } from "../en";
 import { calibration } from "./calibration";
+import { compare } from "./compare";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
 import { doors } from "./doors";
@@ -17,6 +18,7 @@ import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
+import { teach } from "./teach";
 import { viewer } from "./viewer";
 
 /** German texts. */
@@ -32,6 +34,7 @@ export const de: Catalogue = {
   scene_on_stage,
   drop_reasons,
   calibration,
+  compare,
   damaged,
   dark_frame,
   doors,
@@ -47,5 +50,6 @@ export const de: Catalogue = {
   scan,
   settings,
   statistics,
+  teach,
   viewer,
 };

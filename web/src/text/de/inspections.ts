@@ -37,6 +37,10 @@ export const inspections: typeof english = {
   calibration: "Kalibrierung",
   seq: "Nummer",
   result: "Punktwolke",
+  teach: "Rezept an diesem Teil einlernen",
+  show_on_cloud: "Zeigen",
+  part_hint:
+    "Ein Merkmal auf der Punktwolke zeigen oder eine beschriftete Stelle oder einen Punkt ihrer Fläche anklicken, um seine Zeile zu finden. Graue Punkte gehören nicht zum Element.",
   open_scan: "Punktwolke öffnen",
   scan_deleted: "gelöscht",
   before: "Neubewertung von",
@@ -81,7 +85,7 @@ export const inspections: typeof english = {
   },
   re_evaluate: "Neu bewerten",
   re_evaluate_hint:
-    "Bewertet dieselbe Punktwolke nach einer anderen Version des Rezepts. Diese Prüfung bleibt erhalten; die neue führt auf, was sich geändert hat.",
+    "Bewertet denselben Scan nach einer anderen Version des Rezepts oder mit einer anderen Kalibrierung. Diese Prüfung bleibt erhalten; die neue führt auf, was sich geändert hat.",
   version: "Version",
   version_used: (version) => `${version} (hier verwendet)`,
   no_scan_left: "Die Punktwolke wurde gelöscht.",

@@ -3,6 +3,7 @@ export const result = {
   no_scan: "Noch keine Scans.",
   go_scan: "Teil scannen",
   other_scan: "Scan",
+  compare: "Vergleichen",
   states: { partial: "unvollständig", invalid: "UNGÜLTIG" } as Record<string, string>,
   state_hints: {
     partial: "Der Scan wurde vorzeitig gestoppt. Er lässt sich auf der Seite Scan fortsetzen.",

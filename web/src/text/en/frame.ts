@@ -114,4 +114,6 @@ export const pages = {
   result: "Result",
   inspections: "Inspections",
   statistics: "Statistics",
+  teach: "Teach a recipe",
+  compare: "Comparison",
 };

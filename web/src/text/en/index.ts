@@ -1,4 +1,5 @@
 import { calibration } from "./calibration";
+import { compare } from "./compare";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
 import { doors } from "./doors";
@@ -16,6 +17,7 @@ import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
+import { teach } from "./teach";
 import { viewer } from "./viewer";
 
 /** All texts of the page in English; other languages must have the same keys. */
@@ -31,6 +33,7 @@ export const en = {
   scene_on_stage,
   drop_reasons,
   calibration,
+  compare,
   damaged,
   dark_frame,
   doors,
@@ -46,6 +49,7 @@ export const en = {
   scan,
   settings,
   statistics,
+  teach,
   viewer,
 };
 

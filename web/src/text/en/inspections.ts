@@ -35,6 +35,10 @@ export const inspections = {
   calibration: "Calibration",
   seq: "Number",
   result: "Point cloud",
+  teach: "Teach the recipe on this part",
+  show_on_cloud: "Show",
+  part_hint:
+    "Show a characteristic on the cloud, or click a labelled place or a point of its surface to find its row. Grey points do not belong to the feature.",
   open_scan: "Open the point cloud",
   scan_deleted: "deleted",
   before: "Re-evaluation of",
@@ -79,7 +83,7 @@ export const inspections = {
   } as Record<string, string>,
   re_evaluate: "Re-evaluate",
   re_evaluate_hint:
-    "Evaluates the same point cloud with another version of the recipe. This inspection is kept; the new one lists what has changed.",
+    "Evaluates the same scan with another version of the recipe or another calibration. This inspection is kept; the new one lists what has changed.",
   version: "Version",
   version_used: (version: string) => `${version} (used here)`,
   no_scan_left: "The point cloud was deleted.",

@@ -3,6 +3,7 @@ export const result = {
   no_scan: "No scans yet.",
   go_scan: "Scan a part",
   other_scan: "Scan",
+  compare: "Compare",
   states: { partial: "incomplete", invalid: "INVALID" } as Record<string, string>,
   state_hints: {
     partial: "The scan was stopped early. It can be resumed on the Scan page.",

@@ -1,0 +1,161 @@
+/** A recipe taught on the scan of a good part, as an engineer does it, and then used. */
+
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Schemas } from "../src/api/client";
+import { HEIGHT_MM, placeBlock } from "./block";
+import { englishIn } from "./german";
+import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+
+/** Tests that calibrate or scan, on a busy machine. */
+const STATION_MS = 300_000;
+
+/** A value differs from the true height by less than this, mm: several times U of the simulated station. */
+const HEIGHT_OFF_MM = 0.02;
+
+/** The same scan by tool and by plan: different points of the same surfaces, mm. */
+const SAME_MM = 0.005;
+
+let server: Server;
+let browser: Browser;
+let scan_id: string;
+
+beforeAll(async () => {
+  [server, browser] = await Promise.all([Server.start(), launch()]);
+  await server.calibrate();
+  await placeBlock(server, HEIGHT_MM);
+  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
+  scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
+}, 600_000);
+
+afterAll(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+/** Drags a rectangle over a part of the cloud, as fractions of its width and height. */
+async function drag(page: Page, from: readonly [number, number], to: readonly [number, number]): Promise<void> {
+  const box = await page.locator(".cloud-canvas canvas").boundingBox();
+  if (!box) throw new Error("no cloud");
+  await page.mouse.move(box.x + from[0] * box.width, box.y + from[1] * box.height);
+  await page.mouse.down();
+  await page.mouse.move(box.x + to[0] * box.width, box.y + to[1] * box.height, { steps: 5 });
+  await page.mouse.up();
+}
+
+const pointsInRegion = async (page: Page) =>
+  Number(await page.locator("[data-region-points]").getAttribute("data-region-points"));
+
+/** A value as it is displayed, mm. */
+const shownMm = async (page: Page, selector: string) =>
+  Number.parseFloat((await page.locator(selector).first().textContent()) ?? "");
+
+test(
+  "a step is selected, measured at once, limited, and published as a recipe that inspects parts",
+  async () => {
+    const { page, context, complaints } = await visit(browser, server.url, `#/result/${scan_id}`);
+    await page.getByRole("link", { name: "Teach a recipe" }).click();
+    await until("the whole cloud", async () => {
+      const shown = Number(await page.locator(".cloud-count").getAttribute("data-points"));
+      return shown > 0 && shown === Number(await page.locator("canvas").first().getAttribute("data-points"));
+    });
+
+    // A region by a drag, a smaller one than all that is in view.
+    await page.getByRole("button", { name: "Select what is in view" }).click();
+    await page.locator("[data-region-points]").waitFor();
+    const all = await pointsInRegion(page);
+    await page.getByRole("button", { name: "Top", exact: true }).click();
+    await page.getByRole("button", { name: "Select in the view" }).click();
+    await drag(page, [0.25, 0.1], [0.75, 0.9]);
+    await until("a smaller region", async () => (await pointsInRegion(page)) < all);
+    expect(await pointsInRegion(page)).toBeGreaterThan(all / 10);
+
+    await page.getByLabel("What is measured").selectOption("step");
+    const card = page.getByRole("region", { name: "Characteristic", exact: true });
+    await card.getByRole("button", { name: "Measure" }).click();
+    await page.locator("[data-trial=step]").waitFor();
+    const tried_mm = await shownMm(page, "[data-trial=step] strong");
+    expect(Math.abs(tried_mm - HEIGHT_MM)).toBeLessThan(HEIGHT_OFF_MM);
+    expect(await page.locator("[data-trial=step]").textContent()).toMatch(/U \(k = 2\)[\d.]+ µm/);
+
+    await card.getByRole("button", { name: "Take as nominal" }).click();
+    await card.getByLabel("Name").fill("height");
+    await card.getByLabel("Lower deviation").fill("-0.03");
+    await card.getByLabel("Upper deviation").fill("0.03");
+    await expectAccessibleInBoth(page);
+    await picture(page, "teach");
+    await card.getByRole("button", { name: "Add to the recipe" }).click();
+    await page.locator("[data-taught=height]").waitFor();
+
+    await page.getByLabel("ID", { exact: true }).fill("taught");
+    const publish = page.getByRole("region", { name: "Publish version" });
+    await publish.getByText("State the reason for the version.").waitFor();
+    await publish.getByLabel("Reason").fill("first article");
+    await publish.getByRole("button", { name: "Publish version" }).click();
+    await page.locator('[data-published="taught@1"]').waitFor();
+
+    // The next version of the same recipe, without the height's upper limit.
+    await page.locator("[data-taught=height]").getByLabel("Upper deviation").fill("0.04");
+    await page.keyboard.press("Enter");
+    await publish.getByLabel("Reason").fill("wider fit");
+    await publish.getByRole("button", { name: "Publish version" }).click();
+    await page.locator('[data-published="taught@2"]').waitFor();
+    expect(complaints).toEqual([]);
+    await context.close();
+
+    const version = await server.call<Schemas["RecipeVersionDto"]>("GET", "/api/v1/recipes/taught/versions/2");
+    expect(version.reason).toBe("wider fit");
+    const inspected = await server.job("/api/v1/inspections", { recipe: "taught", serial: "T-1" });
+    const inspection = await server.call<Schemas["InspectionDto"]>(
+      "GET",
+      `/api/v1/inspections/${inspected.result?.id}`,
+    );
+    expect(inspection.verdict).toBe("ok");
+    const [height] = inspection.results;
+    expect(Math.abs((height?.value ?? 0) - tried_mm)).toBeLessThan(SAME_MM);
+    expect([height?.lower, height?.upper]).toEqual([-0.03, 0.04]);
+  },
+  STATION_MS,
+);
+
+test("a recipe is taught on the part of an inspection, and the part evaluated with it", async () => {
+  const { items } = await server.call<{ items: Schemas["InspectionDto"][] }>("GET", "/api/v1/inspections");
+  const inspection = items[0];
+  const { page, context, complaints } = await visit(browser, server.url, `#/inspections/${inspection?.id}`);
+  await page.getByRole("link", { name: "Teach the recipe on this part" }).click();
+  await page.locator("[data-taught=height]").waitFor();
+  await page.getByLabel("What is measured").selectOption("flatness");
+  const card = page.getByRole("region", { name: "Characteristic", exact: true });
+  await card.getByRole("button", { name: "Measure" }).click();
+  await page.locator("[data-trial=flatness]").waitFor();
+  await card.getByLabel("Name").fill("flat");
+  await card.getByRole("button", { name: "Add to the recipe" }).click();
+  await page.getByLabel("Reason").fill("flatness, too");
+  await page.getByRole("button", { name: "Publish version" }).click();
+  await page.getByRole("button", { name: "Evaluate T-1 with this version" }).click();
+  await page.locator("[data-characteristic=flat]").waitFor();
+
+  // Row and place on the cloud, both ways.
+  const row = (id: string) => page.locator(`[data-characteristic=${id}]`);
+  await row("flat").getByRole("button", { name: "Show" }).click();
+  await page.locator("[data-characteristic=flat][aria-current=true]").waitFor();
+  await page.locator('[data-label="height"]').click();
+  await page.locator("[data-characteristic=height][aria-current=true]").waitFor();
+  expect(await page.getByLabel("Colour", { exact: true }).inputValue()).toBe("deviation");
+  await expectAccessibleInBoth(page);
+  await picture(page, "inspection-cloud");
+  expect(complaints).toEqual([]);
+  await context.close();
+});
+
+test("teaching fits a phone, and is German for Germans", async () => {
+  const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, locale: "de-DE" };
+  const { page, context, complaints } = await visit(browser, server.url, `#/teach/${scan_id}`, phone);
+  await page.getByRole("button", { name: "Sichtbares auswählen" }).click();
+  await page.locator("[data-region-points]").waitFor();
+  expect(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth)).toBe(true);
+  expect(await englishIn(page, "main")).toEqual([]);
+  await picture(page, "teach-phone");
+  expect(complaints).toEqual([]);
+  await context.close();
+});

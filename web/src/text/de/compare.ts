@@ -1,0 +1,14 @@
+import type { compare as english } from "../en/compare";
+
+export const compare: typeof english = {
+  title: "Vergleich zweier Scans",
+  needs_two: "Ein Vergleich braucht zwei Scans.",
+  reference: "Verglichen mit",
+  as: "Vergleich",
+  side_by_side: "Nebeneinander",
+  difference: "Differenz",
+  difference_hint: (second, first) =>
+    `${second} ist nach dem Abstand von der Oberfläche von ${first} gefärbt, positiv zur Kamera hin. Grau: Der andere Scan hat dort keine Oberfläche oder eine Kante.`,
+  caption: (name, when) => `${name} · ${when}`,
+  to_result: (name) => `Ergebnis von ${name}`,
+};

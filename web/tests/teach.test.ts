@@ -1,0 +1,139 @@
+/** Teaching: from what was measured to the plan of a recipe. */
+
+import { describe, expect, test } from "vitest";
+import type { Schemas } from "../src/api/client";
+import {
+  boxInDatum,
+  boxOf,
+  EMPTY_PLAN,
+  idFault,
+  limited,
+  limitsIn,
+  partsOf,
+  settingsOf,
+  withLimits,
+  withoutCharacteristic,
+  withParts,
+} from "../src/pages/teach/draft";
+
+const REGION = { min: [-5, -5, 380] as [number, number, number], max: [5, 5, 410] as [number, number, number] };
+
+/** A fitted plane whose points fill 4 mm × 2 mm at a depth. */
+function plane(z: number, x = 0): Schemas["FeatureDto"] {
+  const region = { origin_mm: [x, 0, z], cell_mm: 1, size: [4, 2, 1], cells: [0, 3, 7], band_mm: 0.1 };
+  const shape = { kind: "plane" as const, point_mm: [0, 0, z], normal: [0, 0, -1] };
+  return { role: "plane", shape, n_points: 100, n_outliers: 0, n_border: 0, rms_mm: 0.01, region };
+}
+
+test("a step becomes two planes, each searched around its points and within the region", () => {
+  const { features, characteristic } = partsOf("step", "height", REGION, [plane(400), plane(391, 3)]);
+  expect(features.map(({ id }) => id)).toEqual(["height_base", "height_top"]);
+  const region = (idx: number) => {
+    const shape = features[idx]?.shape;
+    return shape && "select" in shape ? shape.select.region : undefined;
+  };
+  // One millimetre around the cells, but not beyond the region.
+  expect(region(0)).toEqual({ type: "box", min_mm: [-1, -1, 399], max_mm: [5, 3, 402] });
+  expect(region(1)).toEqual({ type: "box", min_mm: [2, -1, 390], max_mm: [5, 3, 393] });
+  expect(characteristic).toEqual({
+    id: "height",
+    measure: { type: "step", base: "height_base", top: "height_top" },
+  });
+});
+
+test("a sphere keeps its region and the approximate radius", () => {
+  const shape = { kind: "sphere" as const, centre_mm: [0, 0, 400], radius_mm: 18.9034 };
+  const { features, characteristic } = partsOf("sphere_diameter", "ball", undefined, [{ ...plane(400), shape }]);
+  expect(features).toEqual([{ id: "ball_sphere", shape: { type: "sphere", select: {}, radius_mm: 18.9 } }]);
+  expect(characteristic.measure).toEqual({ type: "diameter", of: "ball_sphere" });
+});
+
+test("a hole brings the plane around it", () => {
+  const { features, characteristic } = partsOf("circle_diameter", "hole", REGION, []);
+  expect(features.map(({ id, shape }) => [id, shape.type])).toEqual([
+    ["hole_plane", "plane"],
+    ["hole_circle", "circle"],
+  ]);
+  expect(features[1]?.shape).toMatchObject({ plane: "hole_plane" });
+  expect(characteristic.measure).toEqual({ type: "diameter", of: "hole_circle" });
+});
+
+describe("a plan", () => {
+  const step = partsOf("step", "height", REGION, [plane(400), plane(391)]);
+  const flat = partsOf("flatness", "flat", REGION, []);
+  const plan = withParts(withParts(EMPTY_PLAN, step), flat);
+
+  test("loses a characteristic with the features that only it used", () => {
+    const without = withoutCharacteristic(plan, "height");
+    expect(without.features.map(({ id }) => id)).toEqual(["flat_plane"]);
+    const shared = { id: "lies", measure: { type: "parallelism" as const, of: "height_top", to: "flat_plane" } };
+    const both = { ...plan, characteristics: [...plan.characteristics, shared] };
+    expect(withoutCharacteristic(both, "height").features.map(({ id }) => id)).toEqual([
+      "height_top",
+      "flat_plane",
+    ]);
+    const alignment = { primary: "height_base", secondary: "height_top", tertiary: "flat_plane" };
+    expect(withoutCharacteristic({ ...plan, alignment }, "height").features).toHaveLength(3);
+  });
+
+  test("has each name once", () => {
+    expect([idFault(plan, ""), idFault(plan, "height"), idFault(plan, "width")]).toEqual([
+      "empty",
+      "used",
+      undefined,
+    ]);
+    // Its features would have the names of others.
+    const other = { ...plan, characteristics: [], features: plan.features };
+    expect(idFault(other, "height")).toBe("used");
+  });
+
+  test("has limits in the unit of the value, and loses them when they are emptied", () => {
+    const limits = { nominal: 8.9, lower: -0.03, upper: 0.02 };
+    const with_limits = withLimits(plan, "height", limits);
+    expect(with_limits.characteristics[0]).toMatchObject({ nominal_mm: 8.9, lower: -0.03, upper: 0.02 });
+    const emptied = withLimits(with_limits, "height", { lower: undefined }).characteristics[0];
+    expect(emptied && "lower" in emptied).toBe(false);
+    expect(emptied && limitsIn(emptied)).toEqual({ nominal: 8.9, lower: undefined, upper: 0.02 });
+    const angle = partsOf("angle", "tilt", REGION, [plane(400), plane(391)]).characteristic;
+    expect(limited(angle, { nominal: 30 })).toMatchObject({ nominal_deg: 30 });
+  });
+});
+
+test("the box of a feature without a region is unknown", () => {
+  const { region: _, ...bare } = plane(400);
+  expect(boxOf(bare)).toBeUndefined();
+});
+
+test("a region is turned into the datum frame as the box around it", () => {
+  const rotation = [
+    [0, -1, 0],
+    [1, 0, 0],
+    [0, 0, 1],
+  ];
+  const box = boxInDatum({ min: [1, 2, 3], max: [4, 6, 8] }, { rotation, translation_mm: [10, 0, -3] });
+  expect(box).toEqual({ min: [4, 1, 0], max: [8, 4, 5] });
+});
+
+test("a new recipe scans as the scan did", () => {
+  const run = {
+    from_mm: -12,
+    to_mm: 12,
+    step_mm: 0.4,
+    mode: "stop_and_go",
+    exposure_us: 8000,
+    exposures_us: [],
+    laser_power: 0.5,
+    n_rows: 61,
+  } as unknown as Schemas["ScanRunDto"];
+  expect(settingsOf(run)).toEqual({
+    from_mm: -12,
+    to_mm: 12,
+    mode: "stop_and_go",
+    step_mm: 0.4,
+    exposure_us: 8000,
+    laser_power: 0.5,
+  });
+  const hdr = { ...run, mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] } as typeof run;
+  expect(settingsOf(hdr)).toMatchObject({ mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] });
+  expect(settingsOf(hdr)).not.toHaveProperty("step_mm");
+});
