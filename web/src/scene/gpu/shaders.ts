@@ -191,6 +191,9 @@ export const SHADING_FRAGMENT = /* glsl */ `${HEAD}
 uniform sampler2D u_colours;
 uniform sampler2D u_depths;
 uniform float u_mm_per_px;
+/** Depth at which that is valid, and the distance of the eye from there; 0 in parallel projection. */
+uniform float u_target_mm;
+uniform float u_eye_mm;
 uniform int u_reach;
 out vec4 colour;
 
@@ -207,6 +210,8 @@ void main() {
   float depth = texelFetch(u_depths, here, 0).r;
   colour = unshaded;
   if (depth > 1e29) return;
+  float mm_per_px = u_mm_per_px;
+  if (u_eye_mm > 0.0) mm_per_px *= max(0.01, 1.0 + (depth - u_target_mm) / u_eye_mm);
   ivec2 last = textureSize(u_depths, 0) - 1;
   vec2 rises = vec2(0.0);
   vec2 squares = vec2(0.0);
@@ -218,7 +223,7 @@ void main() {
       float other = texelFetch(u_depths, clamp(here + to, ivec2(0), last), 0).r;
       if (other > 1e29) continue;
       vec2 away = vec2(to);
-      float rise_px = (other - depth) / u_mm_per_px;
+      float rise_px = (other - depth) / mm_per_px;
       float slope = rise_px / length(away);
       if (abs(slope) <= STEEPEST) {
         rises += away * rise_px;

@@ -8,6 +8,17 @@
 import { GlProgram } from "./gl_program";
 import { BACKGROUND_DEPTH_MM, SHADING_FRAGMENT, SHADING_VERTEX } from "./shaders";
 
+export interface ShadingScale {
+  /** Size of a pixel at the target of the view. */
+  mm_per_px: number;
+  /** Depth of the target. */
+  target_mm: number;
+  /** Distance of the eye from the target; 0 in parallel projection. */
+  eye_mm: number;
+  /** Distance of the neighbours that are compared. */
+  reach_px: number;
+}
+
 export class ShadingPass {
   private readonly program: GlProgram;
   private readonly frame: WebGLFramebuffer;
@@ -40,8 +51,8 @@ export class ShadingPass {
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
   }
 
-  /** Draws the shaded image on the canvas. `reach_px`: distance of the neighbours that are compared. */
-  end(mm_per_px: number, reach_px: number): void {
+  /** Draws the shaded image on the canvas. */
+  end({ mm_per_px, target_mm, eye_mm, reach_px }: ShadingScale): void {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.disable(gl.DEPTH_TEST);
@@ -49,7 +60,14 @@ export class ShadingPass {
     gl.bindTexture(gl.TEXTURE_2D, this.depth);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.colour);
-    this.program.use({ u_colours: 0, u_depths: 1, u_mm_per_px: mm_per_px, u_reach: reach_px });
+    this.program.use({
+      u_colours: 0,
+      u_depths: 1,
+      u_mm_per_px: mm_per_px,
+      u_target_mm: target_mm,
+      u_eye_mm: eye_mm,
+      u_reach: reach_px,
+    });
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -12,7 +12,7 @@ import { isHidden, valueAt } from "../cloud/histogram";
 import { type Picked, pick } from "../cloud/picking";
 import type { Feature } from "../cloud/region";
 import { type Rectangle, regionIn } from "../cloud/region_pick";
-import type { Vec3 } from "../cloud/shapes";
+import { dot, type Vec3 } from "../cloud/shapes";
 import { type DisplayedSpace, isDisplayed, WHOLE_SPACE } from "../cloud/space";
 import { type Colouring, rgb } from "../colours";
 import { CloudLayer } from "../gpu/cloud_layer";
@@ -395,7 +395,13 @@ export class CloudViewer {
     if (this.shown.mesh) this.mesh?.draw(uniforms);
     this.layer.write(this.cloud);
     this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.thinning.factor) : 0;
-    shading?.end(1 / px_per_mm, Math.max(1, Math.round(size_px)));
+    const { target, distance_mm, orthographic } = this.orbit;
+    shading?.end({
+      mm_per_px: 1 / px_per_mm,
+      target_mm: -dot(target, this.orbit.basis().back),
+      eye_mm: orthographic ? 0 : distance_mm,
+      reach_px: Math.max(1, Math.round(size_px)),
+    });
     const { marks, labels, region, selection } = this;
     this.overlay.draw(this.orbit, clip, { marks, labels, region, selection }, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);

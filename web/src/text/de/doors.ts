@@ -21,6 +21,11 @@ export const doors: Catalogue["doors"] = {
     "Der Empfänger nimmt keine Ereignisse mehr an. Es wird nichts gesendet, bis eine Testnachricht zugestellt ist oder eine Zustellung erneut gesendet oder gelöscht wird.",
   send_test: "Testnachricht senden",
   test_delivered: (when) => `Testnachricht zugestellt (${when})`,
+  check: "Testen",
+  checked: {
+    opcua: (when) => `Clients können sich verbinden (${when})`,
+    modbus: (when) => `Die SPS ist verbunden (${when})`,
+  },
   resend_dead: (n) => `Nicht zustellbare erneut senden (${n})`,
   attempts: (n) => `Letzte Versuche (${n})`,
   no_attempts: "Keine Versuche seit dem Start des Servers.",

@@ -26,6 +26,12 @@ export const doors = {
     "The receiver accepts no more events. Nothing is sent until a test message has been delivered, or a delivery is resent or deleted.",
   send_test: "Send test message",
   test_delivered: (when: string) => `test message delivered (${when})`,
+  /** For doors to which the receiver connects: nothing is sent. */
+  check: "Test",
+  checked: {
+    opcua: (when: string) => `clients can connect (${when})`,
+    modbus: (when: string) => `the PLC is connected (${when})`,
+  } as Record<string, (when: string) => string>,
   resend_dead: (n: string) => `Resend dead letters (${n})`,
   attempts: (n: string) => `Last attempts (${n})`,
   no_attempts: "No attempts since the server was started.",

@@ -95,6 +95,8 @@ function Commands({ door, reload }: Properties) {
   const { api } = useApp();
   const words = text.value.doors;
   const delivered_at_ms = useSignal<number | undefined>(undefined);
+  // To the other doors a test message is sent.
+  const checked = words.checked[door.kind];
   const params = { path: { name: door.name } };
   const test = useMemo(
     () =>
@@ -116,13 +118,13 @@ function Commands({ door, reload }: Properties) {
   );
   return (
     <div class="row commands">
-      <CommandButton command={test}>{words.send_test}</CommandButton>
+      <CommandButton command={test}>{checked ? words.check : words.send_test}</CommandButton>
       {(door.n_dead > 0 || resend.problem.value) && (
         <CommandButton command={resend}>{words.resend_dead(number(door.n_dead))}</CommandButton>
       )}
       <span role="status">
         {delivered_at_ms.value !== undefined &&
-          `✓ ${words.test_delivered(dateTime(delivered_at_ms.value, language.value))}`}
+          `✓ ${(checked ?? words.test_delivered)(dateTime(delivered_at_ms.value, language.value))}`}
       </span>
     </div>
   );
