@@ -7859,7 +7859,7 @@ export interface components {
          * @description Why a watch has its state, as a code that clients translate.
          * @enum {string}
          */
-        WatchReasonDto: "steps_lost" | "no_steps_lost" | "loss_undetectable" | "little_overlap" | "no_wavelength" | "wavelength_stable" | "wavelength_corrected" | "wavelength_or_tilt" | "no_slopes" | "scale_stable" | "scale_wrong" | "little_unsaturated_overlap" | "reference_incomplete" | "powers_stable" | "grating_rotated" | "grating_dirty" | "power_loss" | "one_line";
+        WatchReasonDto: "steps_lost" | "no_steps_lost" | "loss_undetectable" | "little_overlap" | "no_wavelength" | "wavelength_stable" | "wavelength_corrected" | "wavelength_or_tilt" | "no_slopes" | "scale_stable" | "scale_wrong" | "little_unsaturated_overlap" | "reference_incomplete" | "powers_stable" | "grating_rotated" | "grating_dirty" | "line_faded" | "others_faded" | "power_loss" | "one_line";
         /**
          * @description State of a watch.
          * @enum {string}
@@ -7872,6 +7872,11 @@ export interface components {
              * @description Point error caused by the deviation.
              */
             error_mm?: number | null;
+            /**
+             * Format: int32
+             * @description The line concerned, if it is one: of independent lines, the one whose power changed.
+             */
+            line?: number | null;
             /**
              * Format: double
              * @description Stage position at which it starts.

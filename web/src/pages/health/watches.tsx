@@ -54,8 +54,10 @@ export function WatchesCard() {
 
 /** The reason in the language of the page; the server's message if there is no translation. */
 function reasonOf(verdict: Verdict | undefined): string | undefined {
-  const code = verdict?.reason_code;
-  return (code && text.value.health.watch_reasons[code]) ?? verdict?.reason;
+  const words = text.value.health;
+  const translated = verdict?.reason_code && words.watch_reasons[verdict.reason_code];
+  if (!translated) return verdict?.reason;
+  return verdict.line == null ? translated : `${words.watch_line(verdict.line)}: ${translated}`;
 }
 
 function WatchRow({ watch, history }: { watch: Watch; history: Schemas["WatchHistoryDto"] }) {

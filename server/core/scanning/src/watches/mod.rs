@@ -6,6 +6,7 @@ mod fit;
 mod lost_steps;
 mod order_powers;
 mod places;
+mod power_verdicts;
 mod samples;
 mod verdicts;
 
@@ -14,7 +15,7 @@ pub use lost_steps::{LostSteps, LostStepsWatch};
 pub use order_powers::OrderPowers;
 pub use verdicts::{PowerReference, Watch, WatchReason, WatchState, WatchVerdict, verdicts};
 
-use optics::Calibration;
+use optics::{Calibration, LightSurfaces};
 
 use crate::error::ScanError;
 use crate::evaluation::Evaluation;
@@ -37,6 +38,8 @@ pub struct WatchReport {
     pub length_mm: f64,
     /// The calibration has one light sheet only: nothing can be compared.
     pub single_line: bool,
+    /// The lines are independent, not orders of a grating: each has a power of its own.
+    pub independent_lines: bool,
 }
 
 /// Runs the watches on an evaluated scan. `None` on stations without a linear stage.
@@ -49,8 +52,9 @@ pub fn watch_scan(evaluation: &Evaluation, calibration: &Calibration) -> Result<
         return Ok(None);
     };
     let single_line = calibration.orders.len() < 2;
+    let independent_lines = has_independent_lines(calibration);
     let mut samples_of_orders = OrderSamples::new(sampler.clone());
-    let mut report = WatchReport { single_line, ..WatchReport::default() };
+    let mut report = WatchReport { single_line, independent_lines, ..WatchReport::default() };
     evaluation.for_each_profile(
         |frame, points, motion, position_mm| (sampler.samples(points, motion, position_mm, frame), position_mm),
         |(samples, position_mm)| {
@@ -63,4 +67,10 @@ pub fn watch_scan(evaluation: &Evaluation, calibration: &Calibration) -> Result<
     report.powers = order_powers::order_powers(&samples_of_orders);
     report.length_mm = samples_of_orders.length_mm();
     Ok(Some(report))
+}
+
+/// Whether the lines are those of independent lasers: free planes, numbered from 0.
+fn has_independent_lines(calibration: &Calibration) -> bool {
+    let numbered = calibration.orders.iter().zip(0i8..).all(|(line, number)| *line == number);
+    matches!(calibration.light, LightSurfaces::Planes(_)) && numbered
 }

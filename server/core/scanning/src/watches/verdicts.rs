@@ -3,9 +3,10 @@
 //! A watch warns where its value is significant. It invalidates where the error that it shows exceeds the expanded
 //! uncertainty stated for the points, by more than its own uncertainty.
 
-use crate::params::watches::{COVERAGE, POWER_SIGMA_FLOOR, REFERENCE_SCANS, WARN_FRACTION, WARN_SIGMAS};
+use crate::params::watches::{COVERAGE, REFERENCE_SCANS, WARN_FRACTION, WARN_SIGMAS};
 use crate::watches::drift::{Drift, Estimate};
 use crate::watches::order_powers::OrderPowers;
+use crate::watches::power_verdicts::of_powers;
 use crate::watches::{LostSteps, WatchReport};
 
 /// A watch.
@@ -69,6 +70,10 @@ pub enum WatchReason {
     GratingRotated,
     /// Positive and negative orders changed equally: the grating is dirty.
     GratingDirty,
+    /// Independent lines: one lost power against the others; its laser fades or is dirty.
+    LineFaded,
+    /// Independent lines: all but one lost power against it; their lasers fade or are dirty.
+    OthersFaded,
     /// All orders lost power: the laser ages, or the parts are darker.
     PowerLoss,
     /// The watch compares light sheets, and the calibration has one.
@@ -77,7 +82,7 @@ pub enum WatchReason {
 
 impl WatchReason {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::StepsLost,
         Self::NoStepsLost,
         Self::LossUndetectable,
@@ -94,6 +99,8 @@ impl WatchReason {
         Self::PowersStable,
         Self::GratingRotated,
         Self::GratingDirty,
+        Self::LineFaded,
+        Self::OthersFaded,
         Self::PowerLoss,
         Self::OneLine,
     ];
@@ -117,6 +124,8 @@ impl WatchReason {
             Self::PowersStable => "powers_stable",
             Self::GratingRotated => "grating_rotated",
             Self::GratingDirty => "grating_dirty",
+            Self::LineFaded => "line_faded",
+            Self::OthersFaded => "others_faded",
             Self::PowerLoss => "power_loss",
             Self::OneLine => "one_line",
         }
@@ -136,6 +145,8 @@ pub struct WatchVerdict {
     pub error_mm: Option<f64>,
     /// The stage position at which it begins.
     pub position_mm: Option<f64>,
+    /// The line concerned, if it is one.
+    pub line: Option<i8>,
     /// Why, as a code.
     pub reason_code: WatchReason,
     /// Why, as a sentence for the operator.
@@ -199,14 +210,28 @@ pub fn verdicts(
     vec![
         of_lost_steps(report, stated_mm),
         of_wavelength(report.drift.as_ref(), stated_mm),
-        of_powers(report.powers.as_ref(), reference),
+        of_powers(report, reference),
         of_scale(report.drift.as_ref(), report.length_mm, stated_mm),
     ]
 }
 
-fn verdict(watch: Watch, state: WatchState, reason_code: WatchReason, reason: impl Into<String>) -> WatchVerdict {
+pub(super) fn verdict(
+    watch: Watch,
+    state: WatchState,
+    reason_code: WatchReason,
+    reason: impl Into<String>,
+) -> WatchVerdict {
     let reason = reason.into();
-    WatchVerdict { watch, state, estimate: None, error_mm: None, position_mm: None, reason_code, reason }
+    WatchVerdict {
+        watch,
+        state,
+        estimate: None,
+        error_mm: None,
+        position_mm: None,
+        line: None,
+        reason_code,
+        reason,
+    }
 }
 
 /// Whether an error is a warning, or invalidates the scan.
@@ -328,95 +353,4 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
         (WatchState::Quiet, WatchReason::ScaleStable, figure)
     };
     WatchVerdict { estimate: Some(scale), error_mm: Some(error_mm), ..verdict(watch, state, code, reason) }
-}
-
-/// Change of the powers since the reference.
-struct Change {
-    /// Mean of +m and −m, and half their difference, for every pair of orders.
-    even: Vec<Estimate>,
-    odd: Vec<Estimate>,
-    total: Estimate,
-}
-
-impl Change {
-    fn new(powers: &OrderPowers, reference: &PowerReference) -> Self {
-        let change = |(order, ratio): &(i8, Estimate)| {
-            let (_, was) = reference.log_ratios.iter().find(|(other, _)| other == order)?;
-            let sigma = ratio.sigma.hypot(was.sigma).hypot(POWER_SIGMA_FLOOR);
-            Some((*order, Estimate { value: ratio.value - was.value, sigma }))
-        };
-        let changes: Vec<(i8, Estimate)> = powers.log_ratios.iter().filter_map(change).collect();
-        let of = |order: i8| changes.iter().find(|(other, _)| *other == order).map(|(_, change)| *change);
-        let (mut even, mut odd) = (Vec::new(), Vec::new());
-        for (order, up) in changes.iter().filter(|(order, _)| *order > 0) {
-            let Some(down) = order.checked_neg().and_then(of) else { continue };
-            let sigma = 0.5 * up.sigma.hypot(down.sigma);
-            even.push(Estimate { value: 0.5 * (up.value + down.value), sigma });
-            odd.push(Estimate { value: 0.5 * (up.value - down.value), sigma });
-        }
-        let was = reference.log_total;
-        let sigma = was.sigma.hypot(POWER_SIGMA_FLOOR);
-        Self { even, odd, total: Estimate { value: powers.log_total - was.value, sigma } }
-    }
-}
-
-fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -> WatchVerdict {
-    let watch = Watch::OrderPowers;
-    let Some(powers) = powers else {
-        return verdict(
-            watch,
-            WatchState::Blind,
-            WatchReason::LittleUnsaturatedOverlap,
-            "too little of the surface was observed by two orders without saturation",
-        );
-    };
-    let Some(reference) = reference else {
-        return verdict(
-            watch,
-            WatchState::Blind,
-            WatchReason::ReferenceIncomplete,
-            format!("the first {REFERENCE_SCANS} scans after a calibration define the normal powers"),
-        );
-    };
-    let change = Change::new(powers, reference);
-    let clearest = |of: &[Estimate]| of.iter().copied().max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()));
-    let percent = |change: Estimate| format!("{:+.0} %", change.value.exp_m1() * 100.0);
-    let beyond = |change: &Estimate| change.is_beyond(WARN_SIGMAS);
-    let (even, odd) = (clearest(&change.even), clearest(&change.odd));
-    let (state, code, estimate, reason) = match (odd.filter(beyond), even.filter(beyond)) {
-        (Some(odd), even) if even.is_none_or(|even| odd.sigmas() >= even.sigmas()) => (
-            WatchState::Warning,
-            WatchReason::GratingRotated,
-            odd,
-            format!(
-                "the orders on one side have gained over those on the other ({}): the grating has rotated",
-                percent(odd)
-            ),
-        ),
-        (_, Some(even)) => (
-            WatchState::Warning,
-            WatchReason::GratingDirty,
-            even,
-            format!(
-                "the orders on both sides have changed equally relative to order {} ({}): the grating is dirty, clean it",
-                powers.reference_order,
-                percent(even)
-            ),
-        ),
-        _ if change.total.value < 0.0 && beyond(&change.total) => (
-            WatchState::Warning,
-            WatchReason::PowerLoss,
-            change.total,
-            format!(
-                "all orders have {} of the light of the first scans: the laser ages, or the parts are darker",
-                percent(change.total)
-            ),
-        ),
-        _ => {
-            let largest = clearest(&[even, odd].into_iter().flatten().collect::<Vec<_>>()).unwrap_or(change.total);
-            let reason = format!("largest change {} since the first scans", percent(largest));
-            (WatchState::Quiet, WatchReason::PowersStable, largest, reason)
-        }
-    };
-    WatchVerdict { estimate: Some(estimate), ..verdict(watch, state, code, reason) }
 }

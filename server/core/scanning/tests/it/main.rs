@@ -6,6 +6,7 @@ mod clouds;
 mod common;
 mod exposures;
 mod labelling;
+mod line_powers;
 mod lost_steps;
 mod one_frame;
 mod part_axis;

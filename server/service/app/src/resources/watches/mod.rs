@@ -121,6 +121,7 @@ pub fn verdicts_json(verdicts: &[WatchVerdict]) -> Value {
             "sigma": verdict.estimate.map(|estimate| estimate.sigma),
             "error_mm": verdict.error_mm,
             "position_mm": verdict.position_mm,
+            "line": verdict.line,
             "reason_code": verdict.reason_code.code(),
             "reason": verdict.reason,
         })

@@ -68,6 +68,10 @@ pub enum WatchReasonDto {
     GratingRotated,
     /// Positive and negative orders changed equally: the grating is dirty.
     GratingDirty,
+    /// Independent lines: one lost power against the others (`line`); its laser fades or is dirty.
+    LineFaded,
+    /// Independent lines: all but one (`line`) lost power against it; their lasers fade or are dirty.
+    OthersFaded,
     /// All orders lost power: the laser ages, or the parts are darker.
     PowerLoss,
     /// The watch compares light sheets, and the calibration has one.
@@ -93,6 +97,9 @@ pub struct WatchVerdictDto {
     /// Stage position at which it starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
+    /// The line concerned, if it is one: of independent lines, the one whose power changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<i8>,
     /// Why, as a code; absent in results of version 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason_code: Option<WatchReasonDto>,
