@@ -2,7 +2,7 @@
 
 import { expect, test, vi } from "vitest";
 import type { Api } from "../src/api/client";
-import { filtered, NO_FILTER } from "../src/pages/results/filter";
+import { filtered, filterOf, NO_FILTER, queryOf } from "../src/pages/results/filter";
 import { ResultsState } from "../src/pages/results/results_state";
 import { characteristicsOf, trendOf } from "../src/pages/results/trend_data";
 import type { EventLog, StationEvent } from "../src/state/records/events";
@@ -139,4 +139,13 @@ test("a list of more than one page keeps its length when something happens", asy
   await vi.waitFor(() => expect(results.parts.value?.[0]).not.toBe(first));
   expect(results.parts.value?.map(({ scan }) => scan.id)).toEqual(all.slice(0, 250).map(({ id }) => id));
   expect(results.has_older.value).toBe(true);
+});
+
+test("the filter is part of the address, which says nothing about fields that are not set", () => {
+  const filter = { name: "BR 12", outcome: "not_ok" as const, from_day: "2026-11-02", to_day: "" };
+  const query = new URLSearchParams(queryOf(filter));
+  expect(query.toString()).toBe("name=BR+12&outcome=not_ok&from=2026-11-02");
+  expect(filterOf(query)).toEqual(filter);
+  expect(filterOf(new URLSearchParams("outcome=great"))).toEqual(NO_FILTER);
+  expect(queryOf(NO_FILTER)).toEqual({});
 });

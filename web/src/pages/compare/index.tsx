@@ -95,7 +95,7 @@ function Comparison({ scans, first, second }: Properties) {
           </button>
         </fieldset>
       </div>
-      {difference && <p class="muted">{words.difference_hint(second.name, first.name)}</p>}
+      {difference && <p class="muted">{words.difference_hint}</p>}
       {problem && <ProblemCard problem={problem} />}
       <div class={difference ? "compare-views difference" : "compare-views"}>
         <figure class="first">

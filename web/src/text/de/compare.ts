@@ -7,8 +7,8 @@ export const compare: typeof english = {
   as: "Vergleich",
   side_by_side: "Nebeneinander",
   difference: "Differenz",
-  difference_hint: (second, first) =>
-    `${second} ist nach dem Abstand von der Oberfläche von ${first} gefärbt, positiv zur Kamera hin. Grau: Der andere Scan hat dort keine Oberfläche oder eine Kante.`,
+  difference_hint:
+    "Gefärbt nach dem Abstand von der Oberfläche des anderen Scans, positiv zur Kamera hin. Grau: Der andere Scan hat dort keine Oberfläche oder eine Kante.",
   caption: (name, when) => `${name} · ${when}`,
   to_result: (name) => `Ergebnis von ${name}`,
 };

@@ -6,8 +6,8 @@ export const compare = {
   as: "Comparison",
   side_by_side: "Side by side",
   difference: "Difference",
-  difference_hint: (second: string, first: string) =>
-    `${second} is coloured by its distance from the surface of ${first}, positive towards the camera. Grey: the other scan has no surface there, or an edge.`,
+  difference_hint:
+    "Coloured by the distance from the surface of the other scan, positive towards the camera. Grey: the other scan has no surface there, or an edge.",
   caption: (name: string, when: string) => `${name} · ${when}`,
   to_result: (name: string) => `Result of ${name}`,
 };
