@@ -64,9 +64,13 @@ pub const GRBL_BRAKING_S: f64 = 10.0;
 /// Braking time in addition to speed over acceleration: the report of rest, twice.
 pub const GRBL_BRAKING_SLACK: Duration = Duration::from_millis(100);
 
-/// Time without a change of position after which a moving stage counts as stalled. Ten reports at the slowest rate in
-/// use.
-pub const GRBL_STALL: Duration = Duration::from_millis(500);
+/// Time without a change of the reported position after which a moving stage counts as stalled. Ten reports at the
+/// slowest rate in use.
+pub const STALL: Duration = Duration::from_millis(500);
+
+/// Number of such reports that this takes as well: half of those at the slowest rate, so that damaged answers do not
+/// delay it, and more than arrive after a pause of this computer.
+pub const STALL_REPORTS: usize = 5;
 
 /// Time after a move was accepted from which idle short of the target counts as a stall: the controller starts a move
 /// within one pass of its main loop (`protocol.c`), a few milliseconds.
@@ -119,9 +123,6 @@ pub const ZABER_QUERY_AGAIN: Duration = Duration::from_millis(150);
 
 /// Number of damaged or foreign lines within a second at which the link is given up.
 pub const ZABER_GARBAGE_LINES: usize = 3;
-
-/// Time without a change of position after which a moving axis counts as stalled.
-pub const ZABER_STALL: Duration = Duration::from_millis(500);
 
 /// Interval of queries of the serial number: another device on the line is detected within this time.
 pub const ZABER_IDENTITY_PERIOD: Duration = Duration::from_millis(500);

@@ -6,6 +6,7 @@ pub mod conveyor;
 pub mod grbl;
 pub mod laser_checks;
 pub mod marlin;
+pub mod progress;
 pub mod replay;
 pub mod stage_checks;
 pub mod threaded;

@@ -10,6 +10,7 @@ use crate::drivers::grbl::LaserMode;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::identity::{machine_from_stage, stage_from_machine};
 use crate::drivers::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
+use crate::drivers::progress::Progress;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
 use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LASER_ON_BRAKING};
@@ -265,8 +266,14 @@ impl Session {
         let last_mm = self.last_report.map_or(machine_mm, |last_report| last_report.machine_mm);
         let path = MotionPath { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
         self.path = Some(path);
-        self.activity =
-            Activity::Travel(Travel { target_mm, path, jog, accepted_at: None, last_mm, last_progress_at: now });
+        self.activity = Activity::Travel(Travel {
+            target_mm,
+            path,
+            jog,
+            accepted_at: None,
+            last_mm,
+            progress: Progress::begun(now),
+        });
         (AcceptedMove { target_mm, speed_mm_s }, Some(ticket))
     }
 

@@ -6,9 +6,10 @@ use super::{Activity, LastReport, LineKind, Link, OwnReset, Pending, Session, St
 use crate::drivers::grbl::Dialect;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
+use crate::drivers::progress::Progress;
 use crate::params::{
-    GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL,
-    GRBL_START, GRBL_STRAY_REPORTS,
+    GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_START,
+    GRBL_STRAY_REPORTS,
 };
 
 /// `ALARM:3`: reset while moving.
@@ -106,7 +107,7 @@ impl Session {
         match pending.kind {
             LineKind::Travel => {
                 if let Activity::Travel(travel) = &mut self.activity {
-                    (travel.accepted_at, travel.last_progress_at) = (Some(now), now);
+                    (travel.accepted_at, travel.progress) = (Some(now), Progress::begun(now));
                 }
             }
             LineKind::Home => {
@@ -276,9 +277,9 @@ impl Session {
             return;
         };
         let under_way = matches!(state, MachineState::Run | MachineState::Jog);
-        if machine_mm != travel.last_mm || !(under_way || state == MachineState::Idle) {
-            (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
-        }
+        let is_held = !(under_way || state == MachineState::Idle);
+        travel.progress.report(is_held || machine_mm != travel.last_mm, now);
+        travel.last_mm = machine_mm;
         self.activity = Activity::Travel(travel);
         let at_target = (machine_mm - travel.path.to_mm).abs() <= self.rounding_mm();
         let short = match state {
@@ -287,7 +288,7 @@ impl Session {
                 return;
             }
             MachineState::Idle => queried_at - accepted_at > GRBL_START,
-            _ => under_way && now - travel.last_progress_at > GRBL_STALL,
+            _ => under_way && travel.progress.has_stalled(now),
         };
         if short {
             let actual_mm = self.position_mm().unwrap_or(machine_mm);

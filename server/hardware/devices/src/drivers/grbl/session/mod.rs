@@ -20,6 +20,7 @@ use super::fault::{Device, Fault};
 use super::identity::{Description, Machine, stage_from_machine};
 use super::protocol::{HOLD, JOG_CANCEL, MachineState, RESET, message_from_line};
 use crate::Homing;
+use crate::drivers::progress::Progress;
 use crate::lines::line_reader::shortened;
 use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
 use opening::Opening;
@@ -78,9 +79,8 @@ struct Travel {
     jog: bool,
     /// When the controller accepted it.
     accepted_at: Option<Instant>,
-    /// The last position at which it had advanced, and when.
     last_mm: f64,
-    last_progress_at: Instant,
+    progress: Progress,
 }
 
 /// A line sent and not answered yet.

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::{Activity, Device, LaserLease, LineKind, Link, Session, Stopping, Travel, being_opened, for_laser};
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
+use crate::drivers::progress::Progress;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
 use crate::params::MARLIN_LASER_OFF_LIMIT;
@@ -85,7 +86,7 @@ impl StageDialogue for Session {
             self.activity = Activity::Travel(Travel {
                 sent_steps,
                 last_steps,
-                last_progress_at: now,
+                progress: Progress::begun(now),
                 settled_at: None,
                 ..travel
             });
@@ -211,7 +212,7 @@ impl Session {
             speed_mm_s,
             sent_steps: from_steps,
             last_steps: from_steps,
-            last_progress_at: now,
+            progress: Progress::begun(now),
             settled_at: None,
         });
         self.send_next(now);

@@ -6,7 +6,7 @@ use super::{Activity, Device, LastReport, LineKind, Link, Pending, Session, Stop
 use crate::StageError;
 use crate::drivers::marlin::protocol::{Message, Position, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
-use crate::params::{GRBL_GARBAGE_LINES, GRBL_STALL, MARLIN_RESEND_PAUSE, MARLIN_RESENDS};
+use crate::params::{GRBL_GARBAGE_LINES, MARLIN_RESEND_PAUSE, MARLIN_RESENDS};
 
 /// Time window in which foreign lines are counted.
 const GARBAGE_WINDOW: Duration = Duration::from_secs(1);
@@ -192,15 +192,14 @@ impl Session {
     }
 
     fn follow_travel(&mut self, mut travel: Travel, steps: i64, queried_at: Instant, now: Instant) {
-        if steps != travel.last_steps {
-            (travel.last_steps, travel.last_progress_at) = (steps, now);
-        }
+        travel.progress.report(steps != travel.last_steps, now);
+        travel.last_steps = steps;
         self.activity = Activity::Travel(travel);
         let at_target = (steps - travel.target_steps).abs() <= SAME_STEPS;
         let settled = travel.settled_at.is_some_and(|at| queried_at >= at);
         if settled && at_target {
             self.activity = Activity::Rest;
-        } else if settled || now - travel.last_progress_at > GRBL_STALL {
+        } else if settled || (!at_target && travel.progress.has_stalled(now)) {
             let actual_mm = self.mm_from_steps(steps);
             self.raise(StageError::Stalled { target_mm: travel.target_mm, actual_mm }, now);
         } else if at_target

@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::MarlinConfig;
+use crate::drivers::progress::Progress;
 use crate::lines::line_reader::LineReader;
 use crate::params::{MARLIN_AHEAD, MARLIN_STOP_SLACK};
 use crate::{DeviceIdentity, LaserError, StageCapabilities, StageError};
@@ -46,7 +47,7 @@ struct Travel {
     /// End of the last piece sent.
     sent_steps: i64,
     last_steps: i64,
-    last_progress_at: Instant,
+    progress: Progress,
     /// When the firmware reported that everything was executed.
     settled_at: Option<Instant>,
 }

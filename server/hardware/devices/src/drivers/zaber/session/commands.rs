@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::{Activity, CommandKind, Link, Session, Travel, being_opened};
 use crate::drivers::controller::StageDialogue;
+use crate::drivers::progress::Progress;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
 use crate::{AcceptedMove, DeviceIdentity, StageCapabilities, StageError, StageState};
@@ -133,13 +134,19 @@ impl Session {
         let target_mm = self.mm_from_steps(target_steps);
         let speed_data = ((speed_mm_s * self.steps_per_mm() * SPEED_DATA).round() as i64).max(1);
         let last_steps = self.seen.as_ref().map_or(target_steps, |seen| seen.steps);
-        let travel =
-            Travel { target_mm, target_steps, speed_data, accepted_at: None, last_steps, last_progress_at: now };
+        let travel = Travel {
+            target_mm,
+            target_steps,
+            speed_data,
+            accepted_at: None,
+            last_steps,
+            progress: Progress::begun(now),
+        };
         (AcceptedMove { target_mm, speed_mm_s }, Some(self.send_travel(travel, now)))
     }
 
     fn send_travel(&mut self, travel: Travel, now: Instant) -> u64 {
-        self.activity = Activity::Travel(Travel { accepted_at: None, last_progress_at: now, ..travel });
+        self.activity = Activity::Travel(Travel { accepted_at: None, progress: Progress::begun(now), ..travel });
         let (axis, Travel { target_steps, speed_data, .. }) = (self.config.axis, travel);
         self.send(axis, &format!("move abs {target_steps} {speed_data}"), CommandKind::Move, now)
     }

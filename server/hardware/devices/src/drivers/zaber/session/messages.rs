@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use super::{Activity, CommandKind, LastReport, Link, Pending, Session, Travel};
 use crate::StageError;
+use crate::drivers::progress::Progress;
 use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
-use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS, ZABER_STALL};
+use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS};
 
 /// Time window in which damaged lines are counted.
 const GARBAGE_WINDOW: std::time::Duration = std::time::Duration::from_secs(1);
@@ -90,7 +91,7 @@ impl Session {
             CommandKind::Serial => self.check_serial(text),
             CommandKind::Move => {
                 if let Activity::Travel(travel) = &mut self.activity {
-                    (travel.accepted_at, travel.last_progress_at) = (Some(now), now);
+                    (travel.accepted_at, travel.progress) = (Some(now), Progress::begun(now));
                 }
                 self.query_position(now);
             }
@@ -203,14 +204,13 @@ impl Session {
         if travel.accepted_at.is_none_or(|accepted_at| queried_at < accepted_at) {
             return;
         }
-        if steps != travel.last_steps {
-            (travel.last_steps, travel.last_progress_at) = (steps, now);
-        }
+        travel.progress.report(steps != travel.last_steps, now);
+        travel.last_steps = steps;
         self.activity = Activity::Travel(travel);
         let at_target = (steps - travel.target_steps).abs() as f64 <= ZABER_SETTLED_STEPS;
         if !busy && at_target {
             self.activity = Activity::Rest;
-        } else if !busy || now - travel.last_progress_at > ZABER_STALL {
+        } else if !busy || travel.progress.has_stalled(now) {
             let actual_mm = self.mm_from_steps(steps);
             self.raise(StageError::Stalled { target_mm: travel.target_mm, actual_mm }, now);
         }

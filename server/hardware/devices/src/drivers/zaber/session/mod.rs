@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use super::ZaberConfig;
 use super::protocol::command;
+use crate::drivers::progress::Progress;
 use crate::lines::line_reader::LineReader;
 use crate::{DeviceIdentity, StageCapabilities, StageError};
 use opening::Opening;
@@ -59,7 +60,7 @@ struct Travel {
     speed_data: i64,
     accepted_at: Option<Instant>,
     last_steps: i64,
-    last_progress_at: Instant,
+    progress: Progress,
 }
 
 /// Kind of a pending command.
