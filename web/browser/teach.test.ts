@@ -16,6 +16,9 @@ const HEIGHT_OFF_MM = 0.02;
 /** The same scan by tool and by plan: different points of the same surfaces, mm. */
 const SAME_MM = 0.005;
 
+/** A cloud that has so many points this many times in a row is complete. */
+const STILL = 12;
+
 let server: Server;
 let browser: Browser;
 let scan_id: string;
@@ -43,6 +46,17 @@ async function drag(page: Page, from: readonly [number, number], to: readonly [n
   await page.mouse.up();
 }
 
+/** The number of points of the cloud does not change any more. */
+async function wholeCloud(page: Page): Promise<void> {
+  let [n_points, n_same] = [0, 0];
+  await until("the whole cloud", async () => {
+    const before = n_points;
+    n_points = Number(await page.locator(".cloud-canvas canvas").getAttribute("data-points"));
+    n_same = n_points === before ? n_same + 1 : 0;
+    return n_points > 0 && n_same >= STILL;
+  });
+}
+
 const pointsInRegion = async (page: Page) =>
   Number(await page.locator("[data-region-points]").getAttribute("data-region-points"));
 
@@ -55,10 +69,7 @@ test(
   async () => {
     const { page, context, complaints } = await visit(browser, server.url, `#/result/${scan_id}`);
     await page.getByRole("link", { name: "Teach a recipe" }).click();
-    await until("the whole cloud", async () => {
-      const shown = Number(await page.locator(".cloud-count").getAttribute("data-points"));
-      return shown > 0 && shown === Number(await page.locator("canvas").first().getAttribute("data-points"));
-    });
+    await wholeCloud(page);
 
     // A region by a drag, a smaller one than all that is in view.
     await page.getByRole("button", { name: "Select what is in view" }).click();
@@ -124,16 +135,28 @@ test("a recipe is taught on the part of an inspection, and the part evaluated wi
   const { page, context, complaints } = await visit(browser, server.url, `#/inspections/${inspection?.id}`);
   await page.getByRole("link", { name: "Teach the recipe on this part" }).click();
   await page.locator("[data-taught=height]").waitFor();
+  await wholeCloud(page);
   await page.getByLabel("What is measured").selectOption("flatness");
   const card = page.getByRole("region", { name: "Characteristic", exact: true });
   await card.getByRole("button", { name: "Measure" }).click();
   await page.locator("[data-trial=flatness]").waitFor();
   await card.getByLabel("Name").fill("flat");
   await card.getByRole("button", { name: "Add to the recipe" }).click();
-  await page.getByLabel("Reason").fill("flatness, too");
+  // What is measured between features that the recipe has already.
+  await page.getByText("Characteristics from several features").click();
+  const composed = page.getByRole("group", { name: "Characteristic", exact: true });
+  await composed.getByText("Choose different features.").waitFor();
+  await composed.locator("select").nth(1).selectOption("height_top");
+  await composed.locator("select").nth(2).selectOption("height_base");
+  await composed.getByLabel("Name").fill("parallel");
+  await composed.getByRole("button", { name: "Add to the recipe" }).click();
+  await page.locator("[data-taught=parallel]").waitFor();
+  await page.getByLabel("Reason").fill("flatness and parallelism, too");
   await page.getByRole("button", { name: "Publish version" }).click();
   await page.getByRole("button", { name: "Evaluate T-1 with this version" }).click();
   await page.locator("[data-characteristic=flat]").waitFor();
+  const parallel = await page.locator("[data-characteristic=parallel] td").allTextContents();
+  expect(parallel[4]).toMatch(/^0\.\d{3} mm$/);
 
   // Row and place on the cloud, both ways.
   const row = (id: string) => page.locator(`[data-characteristic=${id}]`);
@@ -151,6 +174,7 @@ test("a recipe is taught on the part of an inspection, and the part evaluated wi
 test("teaching fits a phone, and is German for Germans", async () => {
   const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, locale: "de-DE" };
   const { page, context, complaints } = await visit(browser, server.url, `#/teach/${scan_id}`, phone);
+  await wholeCloud(page);
   await page.getByRole("button", { name: "Sichtbares auswählen" }).click();
   await page.locator("[data-region-points]").waitFor();
   expect(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth)).toBe(true);

@@ -82,6 +82,7 @@ test("the region hides what is outside, and a tool measures what is inside", asy
   const all = Number(await inside.getAttribute("data-region-points"));
   // The top of the block alone.
   const region = page.getByRole("region", { name: "Region" });
+  await inside.click();
   const z_from = Number.parseFloat(await region.getByLabel("z from").inputValue());
   await region.getByLabel("z to").fill(String(z_from + 1));
   await page.keyboard.press("Enter");

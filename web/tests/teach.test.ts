@@ -2,6 +2,7 @@
 
 import { describe, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
+import { candidates, characteristicFrom, featureFrom, rolesOf } from "../src/pages/teach/composed";
 import {
   boxInDatum,
   boxOf,
@@ -136,4 +137,48 @@ test("a new recipe scans as the scan did", () => {
   const hdr = { ...run, mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] } as typeof run;
   expect(settingsOf(hdr)).toMatchObject({ mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] });
   expect(settingsOf(hdr)).not.toHaveProperty("step_mm");
+});
+
+describe("a characteristic from several features", () => {
+  const features = [
+    featureFrom("plane", "table", undefined, ""),
+    featureFrom("plane", "top", REGION, ""),
+    featureFrom("edge", "left", REGION, "table"),
+    featureFrom("cylinder", "right", REGION, ""),
+    featureFrom("circle", "hole", REGION, "top"),
+  ];
+  const plan = { ...EMPTY_PLAN, features };
+
+  test("asks for features of the kinds that the server accepts", () => {
+    const offered = (composed: Parameters<typeof rolesOf>[0]) =>
+      rolesOf(composed).map((role) => candidates(plan, role));
+    expect(offered("gap")).toEqual([
+      ["left", "right"],
+      ["left", "right"],
+      ["table", "top"],
+    ]);
+    expect(offered("coordinate_z")).toEqual([["hole"]]);
+    expect(offered("parallelism")).toEqual([
+      ["table", "top"],
+      ["table", "top"],
+    ]);
+    expect(offered("distance")[0]).toHaveLength(5);
+  });
+
+  test("exists once all are chosen, and different", () => {
+    const made = (chosen: Record<string, string>) => characteristicFrom("gap", "seam", chosen);
+    expect(made({ from: "left", to: "right" })).toBeUndefined();
+    expect(made({ from: "left", to: "left", surface: "table" })).toBeUndefined();
+    expect(made({ from: "left", to: "right", surface: "table" })).toEqual({
+      id: "seam",
+      measure: { type: "gap", from: "left", to: "right", surface: "table" },
+    });
+    const groove = { floor: "a", shoulder_1: "b", shoulder_2: "c" };
+    expect(characteristicFrom("groove_depth", "groove", groove)?.measure).toMatchObject({ shoulders: ["b", "c"] });
+  });
+
+  test("names the plane of a rim, and its region", () => {
+    expect(features[2]?.shape).toMatchObject({ type: "edge", plane: "table" });
+    expect(features[1]?.shape).toMatchObject({ select: { region: { type: "box", min_mm: [-5, -5, 380] } } });
+  });
 });

@@ -80,7 +80,7 @@ function Row({ recipe_id, result, is_current, show }: RowProperties) {
         <a href={href("statistics", recipe_id, { characteristic: result.id })}>
           {text.value.statistics.of_characteristic}
           <span class="visually-hidden">: {result.id}</span>
-        </a>
+        </a>{" "}
         {show && (
           <button type="button" aria-pressed={is_current} onClick={show}>
             {words.show_on_cloud}

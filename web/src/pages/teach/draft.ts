@@ -8,7 +8,7 @@ import type { Tool } from "../../state/choices";
 
 export type Plan = Schemas["Plan"];
 export type Characteristic = Schemas["PlanCharacteristic"];
-type PlanFeature = Schemas["PlanFeature"];
+export type PlanFeature = Schemas["PlanFeature"];
 type Fitted = Schemas["FeatureDto"];
 
 /** What can be taught in one step. Slots and circles are measured by plans only, all others by a tool at once. */
@@ -142,7 +142,8 @@ export function partsOf(taught: Taught, id: string, region: Box | undefined, fit
   }
 }
 
-function selectionOf(box: Box | undefined): Schemas["PlanSelection"] {
+/** The points to search: those in a box; all without one. */
+export function selectionOf(box: Box | undefined): Schemas["PlanSelection"] {
   if (!box) return {};
   return { region: { type: "box", min_mm: box.min.map(rounded), max_mm: box.max.map(rounded) } };
 }

@@ -13,6 +13,7 @@ import { text } from "../../text";
 import { findScan } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { CloudView } from "../viewer/cloud_view";
+import { ComposedCard } from "./composed_card";
 import { PlanCard } from "./plan_card";
 import { PublishCard, RecipeCard } from "./publish_card";
 import { TeachState } from "./teach_state";
@@ -83,6 +84,7 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
         <div class="stack">
           <RecipeCard state={state} />
           <ToolCard state={state} />
+          <ComposedCard state={state} />
         </div>
       </div>
       <PlanCard state={state} form={form} />

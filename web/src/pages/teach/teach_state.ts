@@ -12,13 +12,14 @@ import { ResultState } from "../result/result_state";
 import type { Measurement, Scan } from "../result/scan_record";
 import {
   boxInDatum,
+  type Characteristic,
   EMPTY_PLAN,
   idFault,
   type Limits,
   limited,
   MEASURED_BY,
-  type Parts,
   type Plan,
+  type PlanFeature,
   partsOf,
   settingsOf,
   type Taught,
@@ -108,13 +109,25 @@ export class TeachState {
     const [taught, id, trial] = [this.taught.peek(), this.id.peek(), this.trial.peek()];
     const region = trial ? trial.region : this.region();
     const fitted = trial?.measurement.result.features ?? [];
-    const parts = this.inFrameOfPlan(partsOf(taught, id, region, fitted));
+    const parts = partsOf(taught, id, region, fitted);
+    const features = parts.features.map((feature) => this.featureInFrameOfPlan(feature));
     const characteristic = limited(parts.characteristic, this.limits.peek());
-    this.plan.value = withParts(this.plan.peek(), { ...parts, characteristic });
+    this.plan.value = withParts(this.plan.peek(), { features, characteristic });
     if (trial) this.values.value = new Map([...this.values.peek(), [id, trial]]);
     this.trial.value = undefined;
     this.limits.value = {};
     this.id.value = "";
+  }
+
+  /** Adds a feature that is searched in the region. */
+  addFeature(from: (region: Box | undefined) => PlanFeature): void {
+    const feature = this.featureInFrameOfPlan(from(this.region()));
+    const plan = this.plan.peek();
+    this.plan.value = { ...plan, features: [...plan.features, feature] };
+  }
+
+  addCharacteristic(characteristic: Characteristic): void {
+    this.plan.value = withParts(this.plan.peek(), { features: [], characteristic });
   }
 
   remove(id: string): void {
@@ -156,20 +169,16 @@ export class TeachState {
     return inspection?.recipe.id === this.base.value?.id ? (inspection?.datum_from_part ?? undefined) : undefined;
   }
 
-  /** With regions in the frame of the plan, which is the datum frame if it aligns the part. */
-  private inFrameOfPlan(parts: Parts): Parts {
+  /** With its region in the frame of the plan, which is the datum frame if the plan aligns the part. */
+  private featureInFrameOfPlan(feature: PlanFeature): PlanFeature {
     const pose = this.plan.peek().alignment ? this.pose() : undefined;
-    if (!pose) return parts;
-    const moved = (feature: Parts["features"][number]): Parts["features"][number] => {
-      const { shape } = feature;
-      const region = "select" in shape ? shape.select.region : undefined;
-      if (!("select" in shape) || region?.type !== "box") return feature;
-      const [min, max] = [region.min_mm, region.max_mm] as [Box["min"], Box["max"]];
-      const box = boxInDatum({ min, max }, pose);
-      const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
-      return { ...feature, shape: { ...shape, select } };
-    };
-    return { ...parts, features: parts.features.map(moved) };
+    const { shape } = feature;
+    const region = "select" in shape ? shape.select?.region : undefined;
+    if (!pose || !("select" in shape) || region?.type !== "box") return feature;
+    const [min, max] = [region.min_mm, region.max_mm] as [Box["min"], Box["max"]];
+    const box = boxInDatum({ min, max }, pose);
+    const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
+    return { ...feature, shape: { ...shape, select } };
   }
 
   private async publishPlan(): Promise<void> {

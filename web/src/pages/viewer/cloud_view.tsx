@@ -63,6 +63,7 @@ export function CloudView({ state, onViewer, empty, tools, bare }: Properties) {
   return (
     <section class={state.full.value ? "cloud-view full" : "cloud-view"} aria-label={words.title}>
       {!bare && <Toolbar state={state} viewer={() => viewer.current} tools={tools} />}
+      {!bare && state.card.value === "region" && <RegionCard state={state} />}
       <div class="data-view cloud-stage live-data">
         <div class="cloud-canvas" ref={host} />
         {state.n_points.value === 0 && <div class="cloud-empty">{empty}</div>}
@@ -89,7 +90,6 @@ export function CloudView({ state, onViewer, empty, tools, bare }: Properties) {
         </span>
       </div>
       {!bare && <Legend state={state} />}
-      {!bare && state.card.value === "region" && <RegionCard state={state} />}
       {!bare && state.card.value === "cut" && <CutCard state={state} />}
       <Picks state={state} />
     </section>

@@ -12,9 +12,8 @@ export function RegionCard({ state }: { state: ViewState }) {
   const words = text.value.viewer;
   const region = state.region.value;
   return (
-    <section class="card stack region-card" aria-label={words.region}>
+    <section class="stack region-card" aria-label={words.region}>
       <div class="row">
-        <h2 class="grow">{words.region}</h2>
         <button
           type="button"
           aria-pressed={state.selecting.value}
@@ -26,9 +25,21 @@ export function RegionCard({ state }: { state: ViewState }) {
           {words.select_view}
         </button>
         {region && (
-          <button type="button" onClick={() => state.clearRegion()}>
-            {words.clear_region}
-          </button>
+          <>
+            <button type="button" onClick={() => state.clearRegion()}>
+              {words.clear_region}
+            </button>
+            <label class="check">
+              <input
+                type="checkbox"
+                checked={state.crop.value}
+                onChange={(event) => {
+                  state.crop.value = event.currentTarget.checked;
+                }}
+              />
+              {words.crop}
+            </label>
+          </>
         )}
       </div>
       {state.selecting.value && <p role="status">{words.selecting_hint}</p>}
@@ -49,7 +60,13 @@ function RegionFields({ state, region }: { state: ViewState; region: Box }) {
   };
   const { min, max } = region;
   return (
-    <>
+    <details>
+      <summary class="number" data-region-points={state.n_region.value}>
+        {words.region_facts(
+          count(state.n_region.value, language.value),
+          AXES.map((axis) => decimal(max[axis] - min[axis], 2, language.value)).join(" × "),
+        )}
+      </summary>
       <div class="row end region-fields">
         {AXES.map((axis) => (
           <fieldset key={axis} class="row end" aria-label={AXIS_NAMES[axis]}>
@@ -72,24 +89,6 @@ function RegionFields({ state, region }: { state: ViewState; region: Box }) {
           </fieldset>
         ))}
       </div>
-      <div class="row">
-        <label class="check">
-          <input
-            type="checkbox"
-            checked={state.crop.value}
-            onChange={(event) => {
-              state.crop.value = event.currentTarget.checked;
-            }}
-          />
-          {words.crop}
-        </label>
-        <span class="muted number" role="status" data-region-points={state.n_region.value}>
-          {words.region_facts(
-            count(state.n_region.value, language.value),
-            AXES.map((axis) => decimal(max[axis] - min[axis], 2, language.value)).join(" × "),
-          )}
-        </span>
-      </div>
-    </>
+    </details>
   );
 }

@@ -37,7 +37,7 @@ export const viewer = {
   axis_from: (axis: string) => `${axis} von`,
   axis_to: (axis: string) => `${axis} bis`,
   crop: "Punkte außerhalb des Bereichs ausblenden",
-  region_facts: (points: string, size: string) => `${points} Punkte, ${size} mm`,
+  region_facts: (points: string, size: string) => `Bereich: ${points} Punkte, ${size} mm`,
   cut_axis: "Richtung des Schnitts",
   across: (axis: string) => `quer zu ${axis}`,
   clear_cut: "Schnitt löschen",

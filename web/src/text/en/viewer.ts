@@ -37,7 +37,7 @@ export const viewer = {
   axis_from: (axis: string) => `${axis} from`,
   axis_to: (axis: string) => `${axis} to`,
   crop: "Hide points outside the region",
-  region_facts: (points: string, size: string) => `${points} points, ${size} mm`,
+  region_facts: (points: string, size: string) => `Region: ${points} points, ${size} mm`,
   cut_axis: "Direction of the cut",
   across: (axis: string) => `across ${axis}`,
   clear_cut: "Clear the cut",
