@@ -33,6 +33,33 @@ pub enum OperationalState {
 }
 
 impl MachineState {
+    /// All states, in the order of their numbers.
+    pub const ALL: [Self; 7] = [
+        Self::Preoperational,
+        Self::Halted,
+        Self::Error,
+        Self::Operational(OperationalState::Initialized),
+        Self::Operational(OperationalState::Ready),
+        Self::Operational(OperationalState::SingleExecution),
+        Self::Operational(OperationalState::ContinuousExecution),
+    ];
+
+    /// StateNumber of Operational, the state that contains the substates.
+    pub const OPERATIONAL_NUMBER: u16 = 4;
+
+    /// StateNumber according to OPC 40100-1; of a substate of Operational its own.
+    pub fn number(self) -> u16 {
+        match self {
+            Self::Preoperational => 1,
+            Self::Halted => 2,
+            Self::Error => 3,
+            Self::Operational(OperationalState::Initialized) => 5,
+            Self::Operational(OperationalState::Ready) => 6,
+            Self::Operational(OperationalState::SingleExecution) => 7,
+            Self::Operational(OperationalState::ContinuousExecution) => 8,
+        }
+    }
+
     /// Name according to OPC 40100-1.
     pub fn name(self) -> &'static str {
         match self {
@@ -245,6 +272,16 @@ impl Lost {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn states_have_the_numbers_of_the_standard() {
+        let numbers = MachineState::ALL.map(MachineState::number);
+        assert_eq!(numbers, [1, 2, 3, 5, 6, 7, 8]);
+        for state in MachineState::ALL {
+            let is_within = state.name().starts_with("Operational.");
+            assert_eq!(is_within, state.number() > MachineState::OPERATIONAL_NUMBER, "{state:?}");
+        }
+    }
 
     #[test]
     fn a_late_reader_sees_every_change_in_order() {

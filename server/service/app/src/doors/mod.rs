@@ -22,6 +22,7 @@ pub use door::{BadSetting, Door, Undelivered};
 pub use filter::EventFilter;
 pub use params::EVENTS_KEPT_FOR_DOORS;
 pub use station::wall_clock::now_ms;
+pub use station::{MachineState, OperationalState};
 pub use store::{Change, EventRecord, IdempotencyRecord, InspectionFilter, Page, RecipeFilter};
 
 pub use crate::resources::inspections::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};

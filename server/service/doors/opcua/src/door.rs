@@ -102,7 +102,7 @@ impl Door for OpcUaDoor {
         let follow = async move {
             loop {
                 let now = status.borrow_and_update().clone();
-                let changes = now.state_history.after(0).map(|(number, state)| (number, state.name()));
+                let changes = now.state_history.after(0);
                 let fault = now.faults.last().map(|fault| format!("{}; {}", fault.detail, fault.remedy));
                 let next = Condition { changes: changes.collect(), job_id: now.job_id.clone(), fault };
                 condition.send_if_modified(|known| {

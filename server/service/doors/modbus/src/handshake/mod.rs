@@ -15,12 +15,14 @@ mod tests;
 use std::net::IpAddr;
 use std::time::Instant;
 
+use app::doors::{MachineState, OperationalState};
+
 use crate::codes::{AckCode, Command, Exception, StatusBit};
 use crate::handshake::order::{Inspection, Order, Task};
 use crate::handshake::params::{HEARTBEAT_STEP, PLC_SILENT, RESULTS_MAY_WAIT};
 use crate::handshake::results::Results;
 use crate::line::JobEnd;
-use crate::line::{State, Station};
+use crate::line::Station;
 use crate::registers::map::{
     ACK_CODE, ACK_SEQ, COMMAND, COMMAND_SEQ, ERROR, HEARTBEAT, HOLDING_WORDS, INPUT_WORDS, MAP_VERSION, MIRROR,
     PLC_HEARTBEAT, PREPARED, QUEUED, RESULT_ACK, Register, STATE, STATUS, TRIGGER_RECIPE, TRIGGER_SERIAL, Table,
@@ -184,11 +186,11 @@ impl Handshake {
 
     fn accepts_trigger(&self, at: Circumstances) -> Result<(), AckCode> {
         match at.station.state {
-            State::Halted => return Err(AckCode::Stopped),
+            MachineState::Halted => return Err(AckCode::Stopped),
             _ if at.station.stopped => return Err(AckCode::Stopped),
-            State::Error => return Err(AckCode::Fault),
+            MachineState::Error => return Err(AckCode::Fault),
             _ if self.is_busy(at) => return Err(AckCode::Busy),
-            State::Ready | State::ContinuousExecution => {}
+            MachineState::Operational(OperationalState::Ready | OperationalState::ContinuousExecution) => {}
             _ => return Err(AckCode::NotReady),
         }
         if self.results.n_behind() >= RESULTS_MAY_WAIT {
@@ -253,8 +255,8 @@ impl Handshake {
             StatusBit::Ready => self.accepts_trigger(at).is_ok(),
             StatusBit::Busy => self.is_busy(at),
             StatusBit::Valid => self.results.is_valid(),
-            StatusBit::Fault => at.station.state == State::Error,
-            StatusBit::StopLatched => at.station.stopped || at.station.state == State::Halted,
+            StatusBit::Fault => at.station.state == MachineState::Error,
+            StatusBit::StopLatched => at.station.stopped || at.station.state == MachineState::Halted,
             StatusBit::Overflow => self.results.n_behind() > RESULTS_MAY_WAIT,
             StatusBit::Simulated => at.station.simulated || self.results.is_simulated(),
             StatusBit::PlcAlive => self.is_plc_alive(at.now),
@@ -263,7 +265,8 @@ impl Handshake {
     }
 
     fn is_busy(&self, at: Circumstances) -> bool {
-        self.inspection != Inspection::None || at.station.state == State::SingleExecution
+        self.inspection != Inspection::None
+            || at.station.state == MachineState::Operational(OperationalState::SingleExecution)
     }
 
     fn is_plc_alive(&self, now: Instant) -> bool {

@@ -3,6 +3,7 @@
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::{Duration, Instant};
 
+use app::doors::{MachineState, OperationalState};
 use proptest::prelude::*;
 
 use crate::codes::{AckCode, Exception};
@@ -10,7 +11,7 @@ use crate::handshake::order::{Order, Task};
 use crate::handshake::results::Offer;
 use crate::handshake::{Circumstances, Handshake};
 use crate::line::JobEnd;
-use crate::line::{State, Station};
+use crate::line::Station;
 use crate::registers::map::Table;
 use crate::registers::result_block::ResultBlock;
 use crate::tests::inspection;
@@ -28,7 +29,11 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let now = Instant::now();
-        let station = Station { state: State::Ready, stopped: false, simulated: false };
+        let station = Station {
+            state: MachineState::Operational(OperationalState::Ready),
+            stopped: false,
+            simulated: false,
+        };
         let at = Circumstances { from: PLC, station, now };
         let mut bench = Self { handshake: Handshake::new(true, now), at, seq: 7 };
         bench.write(2, &[7]);
@@ -128,11 +133,11 @@ fn a_trigger_is_refused_with_the_reason() {
         bench.ack().1
     };
     let in_state = |state| with(&|bench| bench.at.station.state = state);
-    assert_eq!(in_state(State::Preoperational), AckCode::NotReady.number());
-    assert_eq!(in_state(State::Initialized), AckCode::NotReady.number());
-    assert_eq!(in_state(State::Halted), AckCode::Stopped.number());
-    assert_eq!(in_state(State::Error), AckCode::Fault.number());
-    assert_eq!(in_state(State::SingleExecution), AckCode::Busy.number());
+    assert_eq!(in_state(MachineState::Preoperational), AckCode::NotReady.number());
+    assert_eq!(in_state(MachineState::Operational(OperationalState::Initialized)), AckCode::NotReady.number());
+    assert_eq!(in_state(MachineState::Halted), AckCode::Stopped.number());
+    assert_eq!(in_state(MachineState::Error), AckCode::Fault.number());
+    assert_eq!(in_state(MachineState::Operational(OperationalState::SingleExecution)), AckCode::Busy.number());
     assert_eq!(with(&|bench| bench.at.station.stopped = true), AckCode::Stopped.number());
     assert_eq!(with(&|bench| bench.later(2.01)), AckCode::PlcSilent.number());
     assert_eq!(with(&|bench| bench.part(12, "")), AckCode::BadSerial.number());
@@ -145,7 +150,12 @@ fn a_trigger_is_refused_with_the_reason() {
 
 #[test]
 fn a_silent_plc_can_still_stop_and_a_stop_needs_no_state() {
-    for state in [State::Preoperational, State::Error, State::SingleExecution, State::Halted] {
+    for state in [
+        MachineState::Preoperational,
+        MachineState::Error,
+        MachineState::Operational(OperationalState::SingleExecution),
+        MachineState::Halted,
+    ] {
         let mut bench = Bench::new();
         bench.later(100.0);
         bench.at.station.state = state;

@@ -14,7 +14,7 @@ use async_trait::async_trait;
 
 use crate::codes::AckCode;
 use crate::line::JobEnd;
-use crate::line::{Line, State, Station};
+use crate::line::{Line, Station};
 
 /// Time until the store is asked again.
 const RETRY: Duration = Duration::from_secs(1);
@@ -60,7 +60,7 @@ impl Line for AppLine {
     fn station(&self) -> Station {
         let status = self.app.station.status();
         Station {
-            state: State::named(status.state.name()),
+            state: status.state,
             stopped: self.app.station.is_halted(),
             simulated: status.simulated.is_some(),
         }

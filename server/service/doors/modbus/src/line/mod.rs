@@ -4,54 +4,16 @@ mod app_line;
 
 pub use app_line::{AppLine, count_results};
 
+use app::doors::MachineState;
 use async_trait::async_trait;
 
 use crate::codes::AckCode;
-
-/// The states of OPC 40100-1, with their numbers there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum State {
-    /// Devices are being opened.
-    Preoperational = 1,
-    /// Stopped.
-    Halted = 2,
-    /// A fault must be acknowledged.
-    Error = 3,
-    /// Homing or calibration is missing.
-    Initialized = 5,
-    /// A scan can start.
-    Ready = 6,
-    /// A job runs.
-    SingleExecution = 7,
-    /// The live view runs.
-    ContinuousExecution = 8,
-}
-
-impl State {
-    /// Its number.
-    pub fn number(self) -> u16 {
-        self as u16
-    }
-
-    /// The state of this name; an unknown one is an error, in which nothing can be triggered.
-    fn named(name: &str) -> Self {
-        match name {
-            "Preoperational" => Self::Preoperational,
-            "Halted" => Self::Halted,
-            "Operational.Initialized" => Self::Initialized,
-            "Operational.Ready" => Self::Ready,
-            "Operational.SingleExecution" => Self::SingleExecution,
-            "Operational.ContinuousExecution" => Self::ContinuousExecution,
-            _ => Self::Error,
-        }
-    }
-}
 
 /// What the status says of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Station {
     /// Its state.
-    pub state: State,
+    pub state: MachineState,
     /// Whether it is stopped, even if the state does not say so yet.
     pub stopped: bool,
     /// Whether its devices are simulated.

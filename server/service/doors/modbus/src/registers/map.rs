@@ -176,6 +176,8 @@ pub fn register_map() -> &'static [Register] {
 
 #[cfg(test)]
 mod tests {
+    use app::doors::MachineState;
+
     use super::*;
 
     #[test]
@@ -192,6 +194,14 @@ mod tests {
             }
         }
         assert_eq!(MAX_CHARACTERISTICS, 160, "as in the meaning of n");
+    }
+
+    #[test]
+    fn the_state_register_names_every_number_of_the_standard() {
+        for state in MachineState::ALL {
+            let number = format!(" {} ", state.number());
+            assert!(STATE.meaning.contains(&number), "{state:?}: {}", STATE.meaning);
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 
-use app::doors::Door as _;
+use app::doors::{Door as _, MachineState, OperationalState};
 use async_trait::async_trait;
 use parking_lot::Mutex;
 use tokio::sync::watch;
@@ -13,7 +13,7 @@ use tokio::task::JoinHandle;
 use crate::codes::AckCode;
 use crate::door::ModbusDoor;
 use crate::line::JobEnd;
-use crate::line::{Line, State, Station};
+use crate::line::{Line, Station};
 use crate::server::{Limits, serve};
 use crate::settings::Settings;
 use crate::tests::{delivery, inspection};
@@ -65,7 +65,8 @@ pub struct ScriptedLine {
     pub ends: watch::Sender<bool>,
 }
 
-pub const READY: Station = Station { state: State::Ready, stopped: false, simulated: true };
+pub const READY: Station =
+    Station { state: MachineState::Operational(OperationalState::Ready), stopped: false, simulated: true };
 
 impl Plant {
     /// Inspections are numbered after `before_first`.
@@ -230,7 +231,7 @@ impl Line for ScriptedLine {
     async fn stop(&self, source: &str) -> Result<(), AckCode> {
         self.call(source, "stop");
         let mut station = self.station.lock();
-        (station.state, station.stopped) = (State::Halted, true);
+        (station.state, station.stopped) = (MachineState::Halted, true);
         Ok(())
     }
 

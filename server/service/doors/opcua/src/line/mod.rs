@@ -4,7 +4,7 @@ mod app_line;
 
 pub use app_line::AppLine;
 
-use app::doors::InspectionMessage;
+use app::doors::{InspectionMessage, MachineState};
 use async_trait::async_trait;
 
 use crate::refusal::Refusal;
@@ -13,7 +13,7 @@ use crate::refusal::Refusal;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Condition {
     /// The latest changes of its state with their numbers, oldest first: the last one is the state.
-    pub changes: Vec<(u64, &'static str)>,
+    pub changes: Vec<(u64, MachineState)>,
     /// The job that uses the station.
     pub job_id: Option<String>,
     /// The newest fault waiting for acknowledgement: what happened, and what to do.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use app::doors::{MachineState, OperationalState};
 use opcua::nodes::Event;
 use opcua::server::{ServerHandle, SubscriptionCache};
 use opcua::types::{DataValue, LocalizedText, NodeId, ObjectId, QualifiedName, StatusCode, Variant};
@@ -10,7 +11,7 @@ use parking_lot::Mutex;
 use crate::information_model::ids::structures::{JOB_ID, RECIPE_ID_INTERNAL};
 use crate::information_model::ids::{events, instances};
 use crate::line::{Condition, Finished};
-use crate::machine::{OPERATIONAL_NODE, State, Transition, path};
+use crate::machine::{OPERATIONAL_NODE, Transition, name, node, path};
 use crate::result::{fields, structure};
 use crate::server::event::StationEvent;
 use crate::server::nodes::{Manager, Nodes};
@@ -26,7 +27,7 @@ pub struct Publisher {
     handle: ServerHandle,
     manager: Arc<Manager>,
     /// Number of the last change that was published, and the state since.
-    entered: Mutex<Option<(u64, State)>>,
+    entered: Mutex<Option<(u64, MachineState)>>,
 }
 
 impl Publisher {
@@ -44,8 +45,7 @@ impl Publisher {
     pub fn follow(&self, condition: &Condition) {
         self.nodes().running_job.lock().clone_from(&condition.job_id);
         let mut entered = self.entered.lock();
-        for &(number, name) in &condition.changes {
-            let next = State::named(name);
+        for &(number, next) in &condition.changes {
             match *entered {
                 Some((seen, _)) if number <= seen => continue,
                 Some((_, before)) => {
@@ -100,12 +100,12 @@ impl Publisher {
 
     fn pass(&self, transition: &Transition, condition: &Condition) {
         self.show_state(transition.to);
-        let message = format!("{} to {}", transition.from.name(), transition.to.name());
+        let message = format!("{} to {}", name(transition.from), name(transition.to));
         let changed = |number, severity, message: &str| {
-            let state = |name: &str, state: State| {
-                let text = LocalizedText::new("en", state.name()).into();
-                let id: Variant = self.type_node(state.node()).into();
-                [(vec![name.into()], text), (vec![name.into(), "Id".into()], id)]
+            let state = |field: &str, state: MachineState| {
+                let text = LocalizedText::new("en", name(state)).into();
+                let id: Variant = self.type_node(node(state)).into();
+                [(vec![field.into()], text), (vec![field.into(), "Id".into()], id)]
             };
             let mut event = self.event(number, instances::MACHINE, severity, message);
             let of = [state("FromState", transition.from), state("ToState", transition.to)];
@@ -124,36 +124,41 @@ impl Publisher {
             event.with(&[self.name("JobId")], job_id.clone())
         };
         match (transition.from, transition.to) {
-            (_, State::Error) => {
+            (_, MachineState::Error) => {
                 let fault = condition.fault.as_deref().unwrap_or("the station is in error");
                 self.notify(&changed(events::ERROR, FAULT, fault));
             }
-            (State::Error, _) => {
+            (MachineState::Error, _) => {
                 self.notify(&changed(events::ERROR_RESOLVED, INFORMATION, "the error is resolved"))
             }
-            (_, State::SingleExecution) => self.notify(&of_job(events::JOB_STARTED, "a job has started")),
-            (_, State::Ready) => self.notify(&of_job(events::READY, "ready")),
+            (_, MachineState::Operational(OperationalState::SingleExecution)) => {
+                self.notify(&of_job(events::JOB_STARTED, "a job has started"))
+            }
+            (_, MachineState::Operational(OperationalState::Ready)) => {
+                self.notify(&of_job(events::READY, "ready"))
+            }
             _ => {}
         }
     }
 
     /// Both state machines; the inner one has no state outside of Operational.
-    fn show_state(&self, state: State) {
-        let outer = match state.is_operational() {
-            true => ("Operational", OPERATIONAL_NODE, 4),
-            false => (state.name(), state.node(), state.number()),
+    fn show_state(&self, state: MachineState) {
+        let own = (name(state), node(state), state.number());
+        let is_operational = matches!(state, MachineState::Operational(_));
+        let outer = match is_operational {
+            true => ("Operational", OPERATIONAL_NODE, MachineState::OPERATIONAL_NUMBER),
+            false => own,
         };
         self.show_machine(instances::MACHINE, outer, StatusCode::Good);
-        let inner = (state.name(), state.node(), state.number());
-        let status = if state.is_operational() { StatusCode::Good } else { StatusCode::BadStateNotActive };
-        self.show_machine(instances::AUTOMATIC, inner, status);
+        let status = if is_operational { StatusCode::Good } else { StatusCode::BadStateNotActive };
+        self.show_machine(instances::AUTOMATIC, own, status);
     }
 
-    fn show_machine(&self, machine: &str, (name, node, number): (&str, u32, u32), status: StatusCode) {
+    fn show_machine(&self, machine: &str, (name, node, number): (&str, u32, u16), status: StatusCode) {
         let values: [(&str, Variant); 3] = [
             ("CurrentState", LocalizedText::new("en", name).into()),
             ("CurrentState.Id", self.type_node(node).into()),
-            ("CurrentState.Number", number.into()),
+            ("CurrentState.Number", u32::from(number).into()),
         ];
         for (part, value) in values {
             let value = if status.is_good() { value } else { Variant::Empty };

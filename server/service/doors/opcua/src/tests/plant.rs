@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::Arc;
 
-use app::doors::{Delivery, Door as _, EventRecord};
+use app::doors::{Delivery, Door as _, EventRecord, MachineState, OperationalState};
 use async_trait::async_trait;
 use parking_lot::Mutex;
 use serde_json::Value;
@@ -51,9 +51,9 @@ impl Plant {
             calls: Mutex::default(),
             stored: watch::Sender::default(),
         };
-        line.enter("Preoperational");
-        line.enter("Operational.Initialized");
-        line.enter("Operational.Ready");
+        line.enter(MachineState::Preoperational);
+        line.enter(MachineState::Operational(OperationalState::Initialized));
+        line.enter(MachineState::Operational(OperationalState::Ready));
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("password"), format!("{PASSWORD}\n")).unwrap();
         Self { folder, line: Arc::new(line), address, running: Vec::new(), door: None }
@@ -167,7 +167,7 @@ fn delivery(finished: &Finished) -> Delivery {
 
 impl ScriptedLine {
     /// The station enters a state.
-    pub fn enter(&self, state: &'static str) {
+    pub fn enter(&self, state: MachineState) {
         self.condition.send_modify(|condition| {
             let number = condition.changes.len() as u64 + 1;
             condition.changes.push((number, state));
@@ -179,15 +179,15 @@ impl ScriptedLine {
         let n = self.stored.borrow().len() as i64 + 1;
         let job_id = format!("job-{n}");
         self.condition.send_modify(|condition| condition.job_id = Some(job_id.clone()));
-        self.enter("Operational.SingleExecution");
+        self.enter(MachineState::Operational(OperationalState::SingleExecution));
         let mut inspection = inspection(n, serial);
         let attributes = job.into_iter().flat_map(|job| job.attributes);
         inspection.attributes = attributes.map(|(key, value)| (key.to_owned(), value)).collect();
         let finished = Finished { inspection, job_id: Some(job_id.clone()) };
         self.stored.send_modify(|stored| stored.push(finished));
         // The station leaves a job by way of Initialized.
-        self.enter("Operational.Initialized");
-        self.enter("Operational.Ready");
+        self.enter(MachineState::Operational(OperationalState::Initialized));
+        self.enter(MachineState::Operational(OperationalState::Ready));
         job_id
     }
 
@@ -214,13 +214,13 @@ impl Line for ScriptedLine {
 
     async fn halt(&self, user: &str) -> Result<(), Refusal> {
         self.call(user, "halt");
-        self.enter("Halted");
+        self.enter(MachineState::Halted);
         Ok(())
     }
 
     async fn reset(&self, user: &str) -> Result<(), Refusal> {
         self.call(user, "reset");
-        self.enter("Preoperational");
+        self.enter(MachineState::Preoperational);
         Ok(())
     }
 
