@@ -111,6 +111,23 @@ test(
     await publish.getByLabel("Reason").fill("wider fit");
     await publish.getByRole("button", { name: "Publish version" }).click();
     await page.locator('[data-published="taught@2"]').waitFor();
+    // The versions say what changed, and the first can be published again.
+    await page.getByText("Versions", { exact: true }).click();
+    const second = page.locator("[data-version='2']");
+    await second.getByText("Changes of taught@2").click();
+    await second.getByText("/plan/characteristics/height/upper: 0.03 → 0.04").waitFor();
+    await page.locator("[data-version='1']").getByRole("button", { name: "Roll back to it" }).click();
+    await page.locator("[data-version='3']").getByText("rolled back to taught@1").waitFor();
+    await page.locator("[data-version='2']").getByRole("button", { name: "Roll back to it" }).click();
+    await page.locator("[data-version='4']").waitFor();
+    const [file] = await Promise.all([
+      page.waitForEvent("download"),
+      page.locator("[data-version='2']").getByRole("link", { name: "File" }).click(),
+    ]);
+    await expectAccessibleInBoth(page);
+    await page.getByLabel("Based on").selectOption("");
+    await page.getByLabel("Import a file").setInputFiles(await file.path());
+    await page.locator("[data-published^='taught@']").waitFor();
     expect(complaints).toEqual([]);
     await context.close();
 

@@ -7,6 +7,7 @@ import { matchPoint } from "../src/scene/cloud/exact_point";
 import { meshFromGlb } from "../src/scene/cloud/glb";
 import { binned, proposedRange } from "../src/scene/cloud/histogram";
 import { pick, project } from "../src/scene/cloud/picking";
+import type { Vec3 } from "../src/scene/cloud/shapes";
 import { orderTable, palette, rgb } from "../src/scene/colours";
 import { Orbit } from "../src/scene/view/orbit";
 import { roundLength } from "../src/scene/view/overlay";
@@ -70,6 +71,17 @@ describe("a view", () => {
     ].map((at) => project(clip, at as [number, number, number], 100, 100));
     expect((right?.[0] ?? 0) - (centre?.[0] ?? 0)).toBeGreaterThan(1);
     expect((down?.[1] ?? 0) - (centre?.[1] ?? 0)).toBeGreaterThan(1);
+  });
+
+  test("with z up the part stands on its other side, and is not mirrored", () => {
+    const orbit = new Orbit();
+    const cross = ([a, b, c]: Vec3, [d, e, f]: Vec3): Vec3 => [b * f - c * e, c * d - a * f, a * e - b * d];
+    for (const z_up of [false, true]) {
+      orbit.z_up = z_up;
+      const { right, up, back } = orbit.basis();
+      expect(Math.sign(up[2])).toBe(z_up ? 1 : -1);
+      for (const axis of [0, 1, 2] as const) expect(cross(right, up)[axis]).toBeCloseTo(back[axis], 9);
+    }
   });
 
   test("zooming keeps the place under the pointer", () => {

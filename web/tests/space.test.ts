@@ -119,6 +119,9 @@ describe("the distance from the surface of another scan", () => {
     expect(step.deviation([edge_x + 2, 0, 390])).toBeCloseTo(0, 2);
     expect(step.deviation([edge_x - 2, 0, 390])).toBeCloseTo(10, 1);
     expect(step.deviation([edge_x, 0, 395])).toBeNaN();
+    // A low edge, which is not steep: its points are far from any plane.
+    const low = new HeightMap(cloudOf(surface((x) => (x < edge_x ? 400 : 399.4))));
+    expect(low.deviation([edge_x, 0, 399.7])).toBeNaN();
   });
 });
 
@@ -157,7 +160,7 @@ describe("a feature of a plan", () => {
     const feature = featureOnCloud(cloud, shape, 0.004, (at) => isInRegion(region, at));
     expect(featureDeviation(feature, [-2, 1, 399.99])).toBeCloseTo(0.01, 2);
     expect(featureDeviation(feature, [-2, 1, 399.9])).toBeNaN();
-    expect(featureDeviation(feature, [6, 1, 400])).toBeNaN();
+    expect(featureDeviation(feature, [6, 1, 399.99])).toBeNaN();
   });
 
   test("has a region of any shape", () => {

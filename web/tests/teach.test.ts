@@ -77,6 +77,11 @@ describe("a plan", () => {
     expect(withoutCharacteristic({ ...plan, alignment }, "height").features).toHaveLength(3);
   });
 
+  test("loses the plane of a rim together with the rim", () => {
+    const hole = withParts(plan, partsOf("circle_diameter", "hole", REGION, []));
+    expect(withoutCharacteristic(hole, "hole").features).toEqual(plan.features);
+  });
+
   test("has each name once", () => {
     expect([idFault(plan, ""), idFault(plan, "height"), idFault(plan, "width")]).toEqual([
       "empty",

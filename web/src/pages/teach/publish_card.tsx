@@ -1,15 +1,17 @@
 /** Publishing: which recipe, why, and what follows. */
 
-import { useEffect } from "preact/hooks";
+import { useEffect, useId } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
 import type { Form } from "../../components/fields/form";
 import { Show, useLoaded } from "../../components/loading/loading";
+import { ProblemCard } from "../../components/problem";
 import { href } from "../../state/browser/route";
 import { versionName } from "../../state/records/inspections";
 import { readRecipes } from "../../state/records/recipes";
 import { text } from "../../text";
 import type { TeachState } from "./teach_state";
+import { VersionsCard } from "./versions_card";
 
 /** Ids that the server accepts. */
 const ID = /^[a-z][a-z0-9_-]{0,63}$/;
@@ -43,8 +45,43 @@ export function RecipeCard({ state }: { state: TeachState }) {
           </label>
         )}
       </Show>
-      {!state.base.value && <NewRecipe state={state} />}
+      {state.base.value ? (
+        <VersionsCard state={state} id={state.base.value.id} />
+      ) : (
+        <>
+          <NewRecipe state={state} />
+          <ImportButton state={state} />
+        </>
+      )}
     </section>
+  );
+}
+
+function ImportButton({ state }: { state: TeachState }) {
+  const words = text.value.teach;
+  const id = useId();
+  const problem = state.import_file.problem.value;
+  return (
+    <>
+      <div class="file-button">
+        <label class="button" for={id}>
+          {words.import_file}
+        </label>
+        <input
+          id={id}
+          type="file"
+          class="visually-hidden"
+          accept=".json"
+          onChange={(event) => {
+            const file = event.currentTarget.files?.[0];
+            // Reset, so that the same file can be selected again after it was corrected.
+            event.currentTarget.value = "";
+            if (file) void state.import_file.start(file);
+          }}
+        />
+      </div>
+      {problem && <ProblemCard problem={problem} onDismiss={() => state.import_file.dismiss()} />}
+    </>
   );
 }
 

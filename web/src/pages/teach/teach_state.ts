@@ -58,6 +58,7 @@ export class TeachState {
   readonly measure: Command;
   readonly publish: Command;
   readonly evaluate: Command;
+  readonly import_file: Command<[File]>;
 
   constructor(
     private readonly app: App,
@@ -68,6 +69,7 @@ export class TeachState {
     this.result = new ResultState(app, scan);
     this.measure = new Command(() => this.runTrial());
     this.publish = new Command(() => this.publishPlan());
+    this.import_file = new Command((_steps, file) => this.importFile(file));
     this.evaluate = new Command(async (steps) => {
       const version = this.published.peek();
       if (!inspection || !version) return;
@@ -96,6 +98,32 @@ export class TeachState {
     this.plan.value = base?.recipe.plan ?? EMPTY_PLAN;
     this.values.value = new Map();
     this.published.value = undefined;
+  }
+
+  /** Publishes the content of an earlier version again; the reason is that of the form, if there is one. */
+  async rollBack(to_version: number, default_reason: string): Promise<void> {
+    const base = this.base.peek();
+    if (!base) return;
+    const params = {
+      path: { id: base.id },
+      header: { "Idempotency-Key": idempotencyKey(), "If-Match": `"${base.version}"` },
+    };
+    const body = { to_version, reason: this.reason.peek().trim() || default_reason };
+    await data(this.app.api.POST("/api/v1/recipes/{id}/roll-back", { params, body }));
+    this.reason.value = "";
+    await this.start(base.id);
+  }
+
+  /** Imports the file of another station, as the next version if there is a recipe with its id. */
+  async importFile(file: File): Promise<void> {
+    const { api } = this.app;
+    const body = JSON.parse(await file.text()) as Schemas["RecipeFileDto"];
+    const { response } = await api.GET("/api/v1/recipes/{id}", { params: { path: { id: body.id } } });
+    const known = response.ok ? { "If-Match": response.headers.get("ETag") ?? "*" } : {};
+    const params = { header: { "Idempotency-Key": idempotencyKey(), ...known } };
+    const version = await data(api.POST("/api/v1/recipes/import", { params, body }));
+    await this.start(version.id);
+    this.published.value = version;
   }
 
   choose(taught: Taught): void {

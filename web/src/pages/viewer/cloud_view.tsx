@@ -180,6 +180,13 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
         >
           {words.orthographic}
         </button>
+        <button
+          type="button"
+          aria-pressed={state.z_up.value}
+          onClick={() => (state.z_up.value = !state.z_up.peek())}
+        >
+          {words.z_up}
+        </button>
       </fieldset>
     </div>
   );
@@ -199,6 +206,13 @@ function ViewTools({ state }: { state: ViewState }) {
         onClick={() => (state.shaded.value = !state.shaded.peek())}
       >
         {words.shading}
+      </button>
+      <button
+        type="button"
+        aria-pressed={state.dimensions.value}
+        onClick={() => (state.dimensions.value = !state.dimensions.peek())}
+      >
+        {words.dimensions}
       </button>
       <button
         type="button"

@@ -9,11 +9,13 @@ import { countShown, proposedRange, sampleValues } from "../../scene/cloud/histo
 import type { Picked } from "../../scene/cloud/picking";
 import type { Feature } from "../../scene/cloud/region";
 import type { Vec3 } from "../../scene/cloud/shapes";
-import { type Axis, type Cut, countIn } from "../../scene/cloud/space";
+import { AXES, AXIS_NAMES, type Axis, type Cut, countIn } from "../../scene/cloud/space";
 import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
 import type { Label } from "../../scene/view/overlay";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { remembered } from "../../state/browser/remembered";
+import { language } from "../../text";
+import { decimal } from "../../units";
 
 /** Update interval of the histogram while the cloud grows, ms. */
 const SAMPLE_EVERY_MS = 1000;
@@ -32,13 +34,21 @@ export type QueryExact = (picked: Picked) => Promise<ExactPoint | undefined>;
 /** Whether surfaces are shaded. */
 const shaded = remembered("cloud_shaded", true);
 
-/** Card below the cloud. */
+/** Whether z points upwards. */
+const z_up = remembered("cloud_z_up", false);
+
+/** Card of a tool. */
 export type ViewerCard = "region" | "cut";
 
 const remembered_mode = remembered<ColourMode>("cloud_mode", "order");
 
+/** The dimensions of a box along x, y and z. */
+function dimensionsOf({ min, max }: Box): readonly string[] {
+  return AXES.map((axis) => `${AXIS_NAMES[axis]} ${decimal(max[axis] - min[axis], 2, language.value)} mm`);
+}
+
 /** What a second view takes over from the first one. */
-const COMMON = ["mode", "hide_outside", "custom_ranges", "shaded", "region", "crop", "cut"] as const;
+const COMMON = ["mode", "hide_outside", "custom_ranges", "shaded", "region", "crop", "cut", "dimensions"] as const;
 
 export class ViewState {
   readonly mode: Signal<ColourMode> = signal(remembered_mode.peek());
@@ -59,6 +69,9 @@ export class ViewState {
   readonly mesh = signal<Mesh | undefined>(undefined);
   readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
   readonly shaded = shaded;
+  readonly z_up = z_up;
+  /** Whether the bounding box is shown with its dimensions. */
+  readonly dimensions = signal(false);
   /** Whether the view fills the window. */
   readonly full = signal(false);
   readonly card = signal<ViewerCard | undefined>(undefined);
@@ -135,7 +148,14 @@ export class ViewState {
       effect(() => viewer.label(this.labels.value)),
       effect(() => viewer.shade(this.shaded.value)),
       effect(() => viewer.select(this.selecting.value)),
-      effect(() => viewer.outline(this.card.value === "region" ? this.region.value : undefined)),
+      effect(() => viewer.turnZ(this.z_up.value)),
+      effect(() => {
+        this.n_points.value;
+        const region = this.card.value === "region" || this.crop.value ? this.region.value : undefined;
+        const box = region ?? (this.dimensions.value ? viewer.cloud.box : undefined);
+        const shown = this.dimensions.value ? box : undefined;
+        viewer.outline(box, shown ? dimensionsOf(shown) : []);
+      }),
       effect(() => viewer.limit({ crop: this.crop.value ? this.region.value : undefined, cut: this.cut.value })),
     ];
     return () => {

@@ -2,7 +2,7 @@
  * An orbit camera around a target, with perspective or orthographic projection.
  *
  * In the part frame, x points to the right and y down in the camera image, z away from the camera. Here "up" is towards
- * the camera (−z), and "front" is the lower edge of the image (+y).
+ * the camera (−z), and "front" is the lower edge of the image (+y). With `z_up` both are opposite.
  */
 
 import type { Box } from "../cloud/cloud";
@@ -36,6 +36,8 @@ export class Orbit {
   elevation_rad = VIEWS.iso[1];
   distance_mm = 300;
   orthographic = false;
+  /** Whether z points upwards, for parts whose z axis points away from the table. */
+  z_up = false;
   private aspect = 1;
   private radius_mm = 100;
 
@@ -48,10 +50,12 @@ export class Orbit {
   basis(): { right: Vec3; up: Vec3; back: Vec3 } {
     const [sin_a, cos_a] = [Math.sin(this.azimuth_rad), Math.cos(this.azimuth_rad)];
     const [sin_e, cos_e] = [Math.sin(this.elevation_rad), Math.cos(this.elevation_rad)];
+    // Turned by half a turn about x.
+    const turned = this.z_up ? -1 : 1;
     return {
-      right: [cos_a, -sin_a, 0],
-      up: [-sin_e * sin_a, -sin_e * cos_a, -cos_e],
-      back: [cos_e * sin_a, cos_e * cos_a, -sin_e],
+      right: [cos_a, -sin_a * turned, 0],
+      up: [-sin_e * sin_a, -sin_e * cos_a * turned, -cos_e * turned],
+      back: [cos_e * sin_a, cos_e * cos_a * turned, -sin_e * turned],
     };
   }
 

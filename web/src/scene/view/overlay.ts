@@ -37,6 +37,8 @@ export interface Annotations {
   labels: readonly Label[];
   /** Corners of the region. */
   region: Box | undefined;
+  /** Its dimensions along x, y and z. */
+  dimensions: readonly string[];
   selection: Rectangle | undefined;
 }
 
@@ -50,6 +52,7 @@ export class Overlay {
   private readonly marks = element("g", { class: "marks" });
   private readonly labels = element("g", { class: "labels" });
   private readonly region = element("path", { class: "region" });
+  private readonly dimensions = element("g", { class: "dimensions" });
   private readonly selection = element("rect", { class: "selection" });
   private readonly axes = AXES.map(({ name }) => {
     const line = element("line", { class: "axis" });
@@ -66,7 +69,7 @@ export class Overlay {
     private readonly chosen: (id: string) => void = () => {},
   ) {
     for (const { line, letter } of this.axes) this.svg.append(line, letter);
-    this.svg.append(this.bar, this.region, this.labels, this.marks, this.selection);
+    this.svg.append(this.bar, this.region, this.dimensions, this.labels, this.marks, this.selection);
     this.bar_text.className = "cloud-bar";
     host.append(this.svg, this.bar_text);
   }
@@ -78,7 +81,7 @@ export class Overlay {
     this.drawBar(orbit, width_px, height_px);
     this.drawMarks(onView, shown.marks);
     this.drawLabels(onView, shown.labels);
-    this.drawRegion(onView, shown.region);
+    this.drawRegion(onView, shown.region, shown.dimensions);
     this.drawSelection(shown.selection);
   }
 
@@ -150,9 +153,10 @@ export class Overlay {
     );
   }
 
-  private drawRegion(onView: OnView, region: Box | undefined): void {
+  private drawRegion(onView: OnView, region: Box | undefined, dimensions: readonly string[]): void {
     if (!region) {
       this.region.removeAttribute("d");
+      this.dimensions.replaceChildren();
       return;
     }
     const corner = (bits: number): Vec3 =>
@@ -162,6 +166,17 @@ export class Overlay {
       return `M${x0.toFixed(1)},${y0.toFixed(1)}L${x1.toFixed(1)},${y1.toFixed(1)}`;
     });
     this.region.setAttribute("d", path.join(""));
+    // Beside the edges that meet in the lowest corner of the view, which is in front.
+    const down = (bits: number) => onView(corner(bits))[1];
+    const lowest = [0, 1, 2, 3, 4, 5, 6, 7].reduce((low, bits) => (down(bits) > down(low) ? bits : low), 0);
+    const words = dimensions.map((dimension, axis) => {
+      const [[x0, y0], [x1, y1]] = [onView(corner(lowest)), onView(corner(lowest ^ (1 << axis)))];
+      const word = element("text", {});
+      set(word, { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + 16 });
+      word.textContent = dimension;
+      return word;
+    });
+    this.dimensions.replaceChildren(...words);
   }
 
   private drawSelection(selection: Rectangle | undefined): void {

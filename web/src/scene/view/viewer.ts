@@ -83,6 +83,7 @@ export class CloudViewer {
   private marks: readonly Vec3[] = [];
   private labels: readonly Label[] = [];
   private region: Box | undefined;
+  private dimensions: readonly string[] = [];
   private selection: Rectangle | undefined;
   private space: DisplayedSpace = WHOLE_SPACE;
   /** Undefined if shading is off or not possible. */
@@ -199,9 +200,10 @@ export class CloudViewer {
     this.invalidate();
   }
 
-  /** Outlines a region. */
-  outline(region: Box | undefined): void {
+  /** Outlines a box with its dimensions along x, y and z. */
+  outline(region: Box | undefined, dimensions: readonly string[] = []): void {
     this.region = region;
+    this.dimensions = dimensions;
     this.invalidate();
   }
 
@@ -236,8 +238,8 @@ export class CloudViewer {
 
   /** Shows what another view shows, and is moved by it. */
   follow(other: CloudViewer): void {
-    const { target, azimuth_rad, elevation_rad, distance_mm, orthographic } = other.orbit;
-    Object.assign(this.orbit, { target, azimuth_rad, elevation_rad, distance_mm, orthographic });
+    const { target, azimuth_rad, elevation_rad, distance_mm, orthographic, z_up } = other.orbit;
+    Object.assign(this.orbit, { target, azimuth_rad, elevation_rad, distance_mm, orthographic, z_up });
     this.moved_by_user = true;
     this.active();
   }
@@ -251,6 +253,13 @@ export class CloudViewer {
     if (this.cloud.box) this.orbit.fit(this.cloud.box);
     this.moved_by_user = false;
     this.active();
+  }
+
+  /** Whether z points upwards. */
+  turnZ(z_up: boolean): void {
+    if (this.orbit.z_up === z_up) return;
+    this.orbit.z_up = z_up;
+    this.invalidate();
   }
 
   toggleOrthographic(): void {
@@ -402,8 +411,8 @@ export class CloudViewer {
       eye_mm: orthographic ? 0 : distance_mm,
       reach_px: Math.max(1, Math.round(size_px)),
     });
-    const { marks, labels, region, selection } = this;
-    this.overlay.draw(this.orbit, clip, { marks, labels, region, selection }, width_px, height_px);
+    const { marks, labels, region, dimensions, selection } = this;
+    this.overlay.draw(this.orbit, clip, { marks, labels, region, dimensions, selection }, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
     this.canvas.dataset.uploaded = String(this.layer.n_uploaded);

@@ -25,6 +25,8 @@ export const viewer = {
   orthographic: "Parallel",
   parts: "Oberfläche, Bereich und Schnitt",
   shading: "Schattierung",
+  dimensions: "Maße",
+  z_up: "z oben",
   region: "Bereich",
   cut: "Schnitt",
   full: "Vollbild",

@@ -25,6 +25,8 @@ export const viewer = {
   orthographic: "Parallel",
   parts: "Surface, region and cut",
   shading: "Shading",
+  dimensions: "Dimensions",
+  z_up: "z up",
   region: "Region",
   cut: "Cut",
   full: "Full screen",
