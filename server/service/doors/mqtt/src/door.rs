@@ -7,18 +7,21 @@ use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, Undeliver
 use async_trait::async_trait;
 use tokio::sync::watch;
 
-use crate::address::Address;
-use crate::link::{Link, Message};
-use crate::options::options;
+use crate::commands::{self, AppLine, Line};
+use crate::connection::address::Address;
+use crate::connection::link::{Link, Message};
+use crate::connection::options::options;
 use crate::params::{MESSAGE_EXPIRY_S, Times};
-use crate::presence::report;
 use crate::settings::Settings;
+use crate::station::presence::report;
+use crate::station::topics::Topics;
 use crate::station::{Condition, FaultMessage, offline};
-use crate::topics::Topics;
 
 /// Publishes events to a broker.
 pub struct MqttDoor {
     name: String,
+    commands: bool,
+    recipes: Vec<String>,
     address: Address,
     topics: Topics,
     filter: EventFilter,
@@ -40,17 +43,27 @@ impl MqttDoor {
         let address = Address::parse(&settings.url)?;
         let topics = Topics::new(&settings.prefix, &settings.station)?;
         let options = options(&settings, &address, topics.client_id(), &offline(&topics, None))?;
-        let link = Link::new(format!("the broker {address}"), options, times);
-        let filter = EventFilter::new(settings.events, settings.recipes)?;
-        Ok(Self { name: settings.name, address, topics, filter, times, link })
+        let mut link = Link::new(format!("the broker {address}"), options, times);
+        if settings.commands {
+            link = link.subscribed(topics.commands());
+        }
+        let filter = EventFilter::new(settings.events.clone(), settings.recipes.clone())?;
+        let Settings { name, commands, recipes, .. } = settings;
+        Ok(Self { name, commands, recipes, address, topics, filter, times, link })
     }
 
-    /// Keeps the connection and publishes what the station does, until `closing`.
-    pub async fn run(&self, condition: watch::Receiver<Condition>, closing: impl Future<Output = ()>) {
+    /// Keeps the connection, publishes what the station does, and executes commands, until `closing`.
+    pub async fn run(
+        &self,
+        line: Arc<dyn Line>,
+        condition: watch::Receiver<Condition>,
+        closing: impl Future<Output = ()>,
+    ) {
         let report_then_leave = async {
             tokio::select! {
                 () = closing => {}
                 () = report(&self.link, &self.topics, condition, self.times.health_interval) => {}
+                () = commands::serve(&self.link, &self.topics, line) => {}
             }
             self.link.say_goodbye(&offline(&self.topics, Some(now_ms()))).await;
         };
@@ -73,7 +86,9 @@ impl Door for MqttDoor {
     }
 
     fn target(&self) -> String {
-        format!("{}, topics {}", self.address, self.topics.all())
+        let commands =
+            if self.commands { format!(", commands on {}", self.topics.commands()) } else { String::new() };
+        format!("{}, topics {}{commands}", self.address, self.topics.all())
     }
 
     fn wants(&self, event: &EventRecord) -> bool {
@@ -86,6 +101,7 @@ impl Door for MqttDoor {
             payload: delivery.message().to_string(),
             retained: false,
             expiry_s: Some(MESSAGE_EXPIRY_S),
+            correlation: None,
         };
         self.link.publish(&message).await
     }
@@ -124,9 +140,10 @@ impl Door for MqttDoor {
                 }
             }
         };
+        let line = Arc::new(AppLine::new(app.clone(), &self.name, &self.recipes));
         tokio::select! {
             () = follow => {}
-            () = self.run(watched, app.closing.cancelled()) => {}
+            () = self.run(line, watched, app.closing.cancelled()) => {}
         }
     }
 }

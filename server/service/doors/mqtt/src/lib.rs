@@ -9,23 +9,20 @@
 //! | `state` | whether the service is online, and the state of the station, `sheaf-state/1` | yes |
 //! | `health` | faults waiting for acknowledgement, `sheaf-health/1` | yes |
 //!
+//! With `commands`, the door also listens on `cmd` (`commands`): a command is a JSON object, and its answer,
+//! `sheaf-answer/1`, goes to the response topic of the command.
+//!
 //! Everything is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
-//! the client library keeps for a later connection does not count (`link.rs`). The same event may arrive twice, with
+//! the client library keeps for a later connection does not count (`connection/link.rs`). The same event may arrive twice, with
 //! the same `id`; `seq` gives the order. `state` is also the last will: the broker publishes `online: false` when the
 //! connection breaks.
 
-mod address;
+mod commands;
+mod connection;
 mod door;
-mod link;
-mod options;
 mod params;
-mod presence;
-mod reasons;
 mod settings;
 mod station;
-mod tls;
-mod topics;
-mod unacknowledged;
 
 #[cfg(test)]
 mod tests;

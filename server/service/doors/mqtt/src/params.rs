@@ -21,6 +21,21 @@ pub const UNACKNOWLEDGED_MESSAGES: u16 = 16;
 /// (payload format) + 5 (expiry) + 3 + 16 (content type).
 pub const PACKET_OVERHEAD_BYTES: usize = 36;
 
+/// Longest expiry of a command: a part or a person may have moved since.
+pub const COMMAND_EXPIRY_S: u32 = 5;
+
+/// Longest id of a command: that of an order with a counter, or a UUID.
+pub const COMMAND_ID_CHARS: usize = 100;
+
+/// Commands that wait, and answers: more than a person or a line control sends while one is executed.
+pub const COMMANDS_WAITING: usize = 16;
+
+/// Age at which the broker drops an answer that nobody fetched: its client waits no longer.
+pub const ANSWER_EXPIRY_S: u32 = 60;
+
+/// Largest packet that this client receives; the broker drops larger messages.
+pub const INCOMING_PACKET_BYTES: u32 = 64 * 1024;
+
 /// Times that tests shorten.
 #[derive(Debug, Clone, Copy)]
 pub struct Times {

@@ -29,10 +29,13 @@ pub struct Settings {
     /// file with the certificates (PEM) that the broker's certificate must lead to; without: those of the system
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ca_file: Option<PathBuf>,
+    /// whether clients of the broker may start and abort inspections and stop the station, on the topic cmd
+    #[serde(default)]
+    pub commands: bool,
     /// kinds of events, such as inspection.finished, inspection.* or *
     #[serde(default = "default_events")]
     pub events: Vec<String>,
-    /// recipes whose inspections are published; all if empty
+    /// recipes whose inspections are published, and that commands may use; all if empty
     #[serde(default)]
     pub recipes: Vec<String>,
 }

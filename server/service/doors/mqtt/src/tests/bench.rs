@@ -5,10 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use app::doors::{Delivery, Door as _, EventRecord, InspectionMessage, RecipeMessage, Undelivered};
+use app::error::{AppError, ErrorKind};
+use async_trait::async_trait;
+use parking_lot::Mutex;
 use serde_json::json;
 use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
 
+use crate::commands::{Inspect, Line, Started};
 use crate::door::MqttDoor;
 use crate::params::Times;
 use crate::settings::Settings;
@@ -33,6 +37,7 @@ pub fn times() -> Times {
 /// A door whose task runs; it ends with its value, without a goodbye.
 pub struct Running {
     pub door: Arc<MqttDoor>,
+    pub line: Arc<ScriptedLine>,
     pub station: watch::Sender<Condition>,
     task: JoinHandle<()>,
     closing: oneshot::Sender<()>,
@@ -48,9 +53,10 @@ impl Running {
         let (closing, closed) = oneshot::channel::<()>();
         let station =
             watch::Sender::new(Condition { changes: vec![(1, "Preoperational")], ..Condition::default() });
-        let (running, watched) = (door.clone(), station.subscribe());
-        let task = tokio::spawn(async move { running.run(watched, async { drop(closed.await) }).await });
-        Self { door, station, task, closing }
+        let line = Arc::<ScriptedLine>::default();
+        let (running, watched, acting) = (door.clone(), station.subscribe(), line.clone());
+        let task = tokio::spawn(async move { running.run(acting, watched, async { drop(closed.await) }).await });
+        Self { door, line, station, task, closing }
     }
 
     /// Ends it as a shutdown of the service does.
@@ -80,6 +86,37 @@ impl Running {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
         reasons
+    }
+}
+
+/// A station that knows the recipe of every serial number but one.
+#[derive(Default)]
+pub struct ScriptedLine {
+    pub calls: Mutex<Vec<String>>,
+}
+
+/// The serial number that no recipe matches.
+pub const UNKNOWN: &str = "unknown";
+
+#[async_trait]
+impl Line for ScriptedLine {
+    async fn inspect(&self, id: &str, inspect: &Inspect) -> Result<Started, AppError> {
+        let serial = &inspect.part.serial;
+        self.calls.lock().push(format!("{id} inspect {serial}"));
+        if serial == UNKNOWN {
+            return Err(AppError::new(ErrorKind::NotFound, "no recipe matches").remedy("name one"));
+        }
+        Ok(Started { job_id: format!("job of {serial}"), is_repeated: false })
+    }
+
+    async fn abort(&self, id: &str, command_id: &str) -> Result<(), AppError> {
+        self.calls.lock().push(format!("{id} abort {command_id}"));
+        Ok(())
+    }
+
+    async fn stop(&self, id: &str) -> Result<(), AppError> {
+        self.calls.lock().push(format!("{id} stop"));
+        Ok(())
     }
 }
 

@@ -5,6 +5,7 @@
 mod bench;
 mod broker;
 mod broker_failures;
+mod commands;
 mod deliveries;
 mod presence;
 mod refusals;

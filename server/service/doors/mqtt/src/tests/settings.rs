@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::address::Address;
+use crate::connection::address::Address;
 use crate::open;
 use crate::settings::Settings;
 
@@ -18,10 +18,17 @@ fn name_and_address_suffice() {
 }
 
 #[test]
+fn a_door_with_commands_says_so() {
+    let commanded = json!({ "name": "mes", "url": "mqtt://broker.example", "commands": true });
+    let door = open(serde_json::from_value(commanded).unwrap()).unwrap();
+    assert!(door.target().ends_with(", commands on sheaf/station/cmd"), "{}", door.target());
+}
+
+#[test]
 fn every_setting_has_a_description_and_others_are_refused() {
     let schema = schemars::schema_for!(Settings).to_value();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 9);
+    assert_eq!(properties.len(), 10);
     for (name, property) in properties {
         assert!(property["description"].is_string(), "{name}");
     }

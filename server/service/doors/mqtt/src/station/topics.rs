@@ -44,6 +44,16 @@ impl Topics {
         self.topic("health")
     }
 
+    /// Topic of commands to this station.
+    pub fn commands(&self) -> String {
+        self.topic("cmd")
+    }
+
+    /// Whether a topic is one of this station.
+    pub fn contain(&self, topic: &str) -> bool {
+        topic.starts_with(&self.topic(""))
+    }
+
     /// All of them, as a subscriber writes it.
     pub fn all(&self) -> String {
         self.topic("#")

@@ -8,11 +8,13 @@ use rumqttc::v5::mqttbytes::QoS;
 use rumqttc::v5::mqttbytes::v5::{LastWill, LastWillProperties};
 use rumqttc::{TlsConfiguration, Transport};
 
-use crate::address::Address;
-use crate::link::{CONTENT_TYPE, Message};
-use crate::params::{CONNECT_TIMEOUT_S, KEEP_ALIVE, SESSION_EXPIRY_S, UNACKNOWLEDGED_MESSAGES};
+use crate::connection::address::Address;
+use crate::connection::link::{CONTENT_TYPE, Message};
+use crate::connection::tls::client_config;
+use crate::params::{
+    CONNECT_TIMEOUT_S, INCOMING_PACKET_BYTES, KEEP_ALIVE, SESSION_EXPIRY_S, UNACKNOWLEDGED_MESSAGES,
+};
 use crate::settings::Settings;
-use crate::tls::client_config;
 
 /// Options for this broker. `will` is published by the broker when the connection breaks.
 ///
@@ -29,6 +31,7 @@ pub fn options(
         .set_keep_alive(KEEP_ALIVE)
         .set_clean_start(false)
         .set_session_expiry_interval(Some(SESSION_EXPIRY_S))
+        .set_max_packet_size(Some(INCOMING_PACKET_BYTES))
         .set_connection_timeout(CONNECT_TIMEOUT_S)
         .set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MESSAGES)
         .set_last_will(last_will(will));

@@ -11,9 +11,10 @@ use rumqttc::v5::{AsyncClient, ConnectionError, Event, EventLoop, MqttOptions};
 use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep, timeout};
 
+use crate::connection::reasons::{QOS_MISSING, of_acknowledgement, of_connection, of_lost_message};
+use crate::connection::subscription::{Received, Subscription, check_subscription};
+use crate::connection::unacknowledged::Unacknowledged;
 use crate::params::{PACKET_OVERHEAD_BYTES, Times, UNACKNOWLEDGED_MESSAGES};
-use crate::reasons::{QOS_MISSING, of_acknowledgement, of_connection, of_lost_message};
-use crate::unacknowledged::Unacknowledged;
 
 /// Content type of every message.
 pub const CONTENT_TYPE: &str = "application/json";
@@ -29,6 +30,8 @@ pub struct Message {
     pub retained: bool,
     /// After which the broker drops it.
     pub expiry_s: Option<u32>,
+    /// What the client that is answered gave for it.
+    pub correlation: Option<Vec<u8>>,
 }
 
 /// State of the connection.
@@ -75,6 +78,7 @@ pub struct Link {
     event_loop: Mutex<Option<EventLoop>>,
     state: watch::Sender<LinkState>,
     unacknowledged: Mutex<Unacknowledged>,
+    subscription: Option<Subscription>,
     /// Ends the delay before the next attempt.
     try_now: Notify,
     /// Ends a connection over which a message was not acknowledged.
@@ -92,8 +96,22 @@ impl Link {
             event_loop: Mutex::new(Some(event_loop)),
             state: watch::Sender::new(LinkState::Connecting),
             unacknowledged: Mutex::default(),
+            subscription: None,
             try_now: Notify::new(),
             give_up: Notify::new(),
+        }
+    }
+
+    /// Also receives what is published on a topic.
+    pub fn subscribed(self, topic: String) -> Self {
+        Self { subscription: Some(Subscription::new(topic)), ..self }
+    }
+
+    /// The next message of another client; waits for ever without a subscription.
+    pub async fn received(&self) -> Received {
+        match &self.subscription {
+            Some(subscription) => subscription.next().await,
+            None => std::future::pending().await,
         }
     }
 
@@ -116,16 +134,19 @@ impl Link {
 
     async fn publish_and_wait(&self, message: &Message) -> Result<(), Undelivered> {
         let max_packet_bytes = self.connected().await?;
-        let packet_bytes = message.topic.len() + message.payload.len() + PACKET_OVERHEAD_BYTES;
+        // A property is one byte, its length two.
+        let correlation_bytes = message.correlation.as_ref().map_or(0, |correlation| 3 + correlation.len());
+        let packet_bytes = message.topic.len() + message.payload.len() + correlation_bytes + PACKET_OVERHEAD_BYTES;
         if let Some(max) = max_packet_bytes.filter(|max| packet_bytes > *max as usize) {
             let reason = format!("the message has {packet_bytes} bytes; {} accepts at most {max}", self.broker);
             return Err(Undelivered::Impossible(reason));
         }
-        let Message { topic, payload, retained, expiry_s } = message.clone();
+        let Message { topic, payload, retained, expiry_s, correlation } = message.clone();
         let properties = PublishProperties {
             payload_format_indicator: Some(1),
             message_expiry_interval: expiry_s,
             content_type: Some(CONTENT_TYPE.to_owned()),
+            correlation_data: correlation.map(Into::into),
             ..PublishProperties::default()
         };
         // It fails if the queue is full, that is if nothing leaves.
@@ -229,6 +250,13 @@ impl Link {
                 Ok(Event::Incoming(Packet::PubAck(acknowledgement))) => {
                     self.unacknowledged.lock().acknowledged(acknowledgement);
                 }
+                Ok(Event::Incoming(Packet::Publish(publish))) => {
+                    // A session from before may have a subscription that is no longer wanted.
+                    if let Some(subscription) = &self.subscription {
+                        subscription.receive(publish);
+                    }
+                }
+                Ok(Event::Incoming(Packet::SubAck(answer))) => check_subscription(&answer, &self.broker),
                 Ok(Event::Outgoing(Outgoing::Disconnect)) => return Ending::Goodbye,
                 Ok(_) => {}
                 Err(error) => return Ending::Failed(error),
@@ -243,9 +271,18 @@ impl Link {
         }
         let max_packet_bytes = properties.and_then(|properties| properties.max_packet_size);
         tracing::info!(broker = self.broker, "connected");
+        self.subscribe();
         self.unacknowledged.lock().begin();
         self.state.send_replace(LinkState::Up { connection, max_packet_bytes });
         Ok(())
+    }
+
+    /// At the beginning of every connection, since the broker may have forgotten the session.
+    fn subscribe(&self) {
+        let Some(subscription) = &self.subscription else { return };
+        if self.client.try_subscribe_many([subscription.filter()]).is_err() {
+            tracing::error!(broker = self.broker, "not subscribed to commands: too much is queued");
+        }
     }
 
     /// Discards what the library keeps for the next connection. It would send some of it again, or nothing, depending on

@@ -5,9 +5,9 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
-use crate::link::{Link, Message};
+use crate::connection::link::{Link, Message};
+use crate::station::topics::Topics;
 use crate::station::{Condition, FaultMessage, health, online};
-use crate::topics::Topics;
 
 /// Publishes both at the beginning of every connection, since a broker may have lost what it had retained, then every
 /// change of the state and, at most once per `health_interval`, the changed health.

@@ -1,11 +1,14 @@
 //! What is published about the station: its state and its health.
 
+pub mod presence;
+pub mod topics;
+
 use app::doors::{now_ms, utc};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::link::Message;
-use crate::topics::Topics;
+use crate::connection::link::Message;
+use crate::station::topics::Topics;
 
 /// What is known of the station.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -73,5 +76,5 @@ pub fn health(topics: &Topics, faults: &[FaultMessage]) -> Message {
 }
 
 fn retained(topic: String, payload: String) -> Message {
-    Message { topic, payload, retained: true, expiry_s: None }
+    Message { topic, payload, retained: true, expiry_s: None, correlation: None }
 }

@@ -1,0 +1,9 @@
+//! The connection to the broker.
+
+pub mod address;
+pub mod link;
+pub mod options;
+pub mod reasons;
+pub mod subscription;
+pub mod tls;
+pub mod unacknowledged;
