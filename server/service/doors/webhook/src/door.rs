@@ -8,10 +8,11 @@ use async_trait::async_trait;
 use ureq::tls::RootCerts;
 
 use crate::address::Allowed;
+use crate::authorities;
 use crate::params::{GIVES_UP_AFTER, TIMEOUTS_S};
 use crate::post::Sender;
 use crate::resolver::{CheckedResolver, Lookup, system_lookup};
-use crate::secret::Secrets;
+use crate::secret::SecretFile;
 use crate::settings::Settings;
 use crate::url;
 
@@ -32,12 +33,12 @@ pub struct Webhook {
 }
 
 impl Webhook {
-    /// `lookup`: how names are resolved; `root_certificates`: who vouches for receivers.
+    /// `lookup`: how names are resolved; `public_authorities`: who vouches for receivers without `ca_file`.
     ///
     /// # Errors
     /// A setting cannot be used.
-    pub fn new(settings: Settings, lookup: Lookup, root_certificates: RootCerts) -> Result<Self, BadSetting> {
-        let Settings { name, url, secret_file, events, recipes, allowed_private, timeout_s } = settings;
+    pub fn new(settings: Settings, lookup: Lookup, public_authorities: RootCerts) -> Result<Self, BadSetting> {
+        let Settings { name, url, secret_file, ca_file, events, recipes, allowed_private, timeout_s } = settings;
         let is_letter = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"-_".contains(&byte);
         if name.is_empty() || !name.bytes().all(is_letter) {
             let why = format!("\"{name}\" does not consist of lower-case letters, digits, - and _");
@@ -50,7 +51,12 @@ impl Webhook {
         }
         let allowed = Allowed::parse(&allowed_private)?;
         let uri = url::parse(&url, &allowed)?;
-        let secrets = Secrets::read(&secret_file)?;
+        let secrets = SecretFile::open(&secret_file)?;
+        let root_certificates = match ca_file {
+            Some(path) if uri.scheme_str() == Some("https") => authorities::read(&path)?,
+            Some(_) => return Err(authorities::unused()),
+            None => public_authorities,
+        };
         let filter = EventFilter::new(events, recipes)?;
         let (target, timeout) = (url::shown(&uri), Duration::from_secs(timeout_s));
         let resolver = CheckedResolver { allowed, lookup };

@@ -7,6 +7,7 @@
 
 mod address;
 mod answer;
+mod authorities;
 mod door;
 mod failure;
 mod params;

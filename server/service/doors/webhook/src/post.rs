@@ -13,13 +13,13 @@ use crate::answer::outcome;
 use crate::failure::reason;
 use crate::params::ANSWER_LIMIT_BYTES;
 use crate::resolver::{CheckedResolver, host_of};
-use crate::secret::Secrets;
+use crate::secret::SecretFile;
 
 /// Signs messages and posts them to one receiver.
 pub struct Sender {
     agent: Agent,
     uri: Uri,
-    secrets: Secrets,
+    secrets: SecretFile,
     timeout: Duration,
 }
 
@@ -27,7 +27,7 @@ impl Sender {
     /// `timeout`: of an attempt from the name to the end of the answer.
     pub fn new(
         uri: Uri,
-        secrets: Secrets,
+        secrets: SecretFile,
         timeout: Duration,
         resolver: CheckedResolver,
         root_certificates: RootCerts,

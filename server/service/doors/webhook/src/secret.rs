@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use app::doors::BadSetting;
 use base64::Engine;
@@ -10,6 +10,7 @@ use base64::alphabet;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig, STANDARD};
 use hmac::{Hmac, Mac};
+use parking_lot::Mutex;
 use sha2::Sha256;
 
 use crate::params::SECRET_BYTES;
@@ -58,6 +59,32 @@ impl Secrets {
             format!("v1,{}", STANDARD.encode(mac.finalize().into_bytes()))
         };
         self.0.iter().map(sign).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// A file with secrets, which may be changed while the server runs.
+pub struct SecretFile {
+    path: PathBuf,
+    known: Mutex<Secrets>,
+}
+
+impl SecretFile {
+    /// The file with the secrets that it has now.
+    ///
+    /// # Errors
+    /// As [`Secrets::read`].
+    pub fn open(path: &Path) -> Result<Self, BadSetting> {
+        Ok(Self { path: path.to_owned(), known: Mutex::new(Secrets::read(path)?) })
+    }
+
+    /// As [`Secrets::sign`], with the secrets in the file now; while it cannot be used, with the last ones that could.
+    pub fn sign(&self, id: &str, timestamp_s: u64, body: &[u8]) -> String {
+        let mut known = self.known.lock();
+        match Secrets::read(&self.path) {
+            Ok(secrets) => *known = secrets,
+            Err(bad) => tracing::warn!(reason = bad.why, "the secrets read before are still used"),
+        }
+        known.sign(id, timestamp_s, body)
     }
 }
 
@@ -129,6 +156,24 @@ mod tests {
         let second = read(format!("{}\n{unprefixed}", secret_of(32))).unwrap_err();
         assert!(second.why.contains("line 2"), "{}", second.why);
         assert!(Secrets::read(Path::new("/nowhere/secret")).unwrap_err().why.contains("/nowhere/secret"));
+    }
+
+    #[test]
+    fn a_changed_file_counts_at_the_next_signature_unless_it_cannot_be_used() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let [old, new] = [24, 32].map(secret_of);
+        fs::write(file.path(), &old).unwrap();
+        let secrets = SecretFile::open(file.path()).unwrap();
+        let signed = || secrets.sign("msg_1", 1, b"{}");
+        let of = |text: &str| read(text).unwrap().sign("msg_1", 1, b"{}");
+        for (text, expected) in [
+            (format!("{old}\n{new}"), format!("{} {}", of(&old), of(&new))),
+            (new.clone(), of(&new)),
+            ("half a sec".to_owned(), of(&new)),
+        ] {
+            fs::write(file.path(), &text).unwrap();
+            assert_eq!(signed(), expected, "{text}");
+        }
     }
 
     #[test]

@@ -18,6 +18,9 @@ pub struct Settings {
     pub url: String,
     /// file with the secret that signs events, whsec_ and base64 of 24 to 64 bytes; during a rotation one per line
     pub secret_file: PathBuf,
+    /// file with the certificates (PEM) that the receiver's must lead to; without: those of public authorities
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ca_file: Option<PathBuf>,
     /// events to deliver: kinds, beginnings such as inspection.*, or * for all
     #[serde(default = "default_events")]
     pub events: Vec<String>,

@@ -6,7 +6,7 @@ use app::doors::Door;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
 
-use super::receiver::{Receiver, answer_with};
+use super::receiver::{Receiver, Request, answer_with};
 use super::{deliver, delivery, door};
 
 fn now_s() -> u64 {
@@ -30,12 +30,21 @@ async fn an_event_is_posted_signed() {
     let timestamp_s = request.header("webhook-timestamp");
     assert!((before_s..=now_s()).contains(&timestamp_s.parse().unwrap()), "{timestamp_s}");
     let secret: Vec<u8> = (0..32).collect();
-    let mut mac = Hmac::<Sha256>::new_from_slice(&secret).unwrap();
-    mac.update(format!("{}.{timestamp_s}.", delivery().id()).as_bytes());
-    mac.update(&request.body);
-    let signature = request.header("webhook-signature").strip_prefix("v1,").unwrap();
-    let bytes = base64::Engine::decode(&base64::engine::general_purpose::STANDARD, signature).unwrap();
-    mac.verify_slice(&bytes).unwrap();
+    assert_eq!(verified_by(request, &secret), [true]);
+}
+
+/// Which of the signatures of a request are made with this secret.
+pub fn verified_by(request: &Request, secret: &[u8]) -> Vec<bool> {
+    let signed = format!("{}.{}.", request.header("webhook-id"), request.header("webhook-timestamp"));
+    let is_by = |signature: &str| {
+        let mut mac = Hmac::<Sha256>::new_from_slice(secret).unwrap();
+        mac.update(signed.as_bytes());
+        mac.update(&request.body);
+        let signature = signature.strip_prefix("v1,").unwrap();
+        let bytes = base64::Engine::decode(&base64::engine::general_purpose::STANDARD, signature).unwrap();
+        mac.verify_slice(&bytes).is_ok()
+    };
+    request.header("webhook-signature").split(' ').map(is_by).collect()
 }
 
 #[tokio::test]

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use std::thread;
 
 use parking_lot::Mutex;
-use rcgen::{CertifiedKey, generate_simple_self_signed};
+use rcgen::{
+    BasicConstraints, CertificateParams, CertifiedIssuer, CertifiedKey, IsCa, KeyPair, generate_simple_self_signed,
+};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use rustls::{ServerConfig, ServerConnection, StreamOwned};
 
@@ -74,16 +76,29 @@ impl Receiver {
     pub fn start_encrypted(host: &str) -> (Self, CertificateDer<'static>) {
         let CertifiedKey { cert, signing_key } = generate_simple_self_signed([host.to_owned()]).unwrap();
         let certificate = cert.der().clone();
+        (Self::serve_encrypted(certificate.clone(), signing_key), certificate)
+    }
+
+    /// The same with a certificate of an authority; with that of the authority.
+    pub fn start_vouched(host: &str) -> (Self, CertificateDer<'static>) {
+        let mut authority = CertificateParams::new([]).unwrap();
+        authority.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        let authority = CertifiedIssuer::self_signed(authority, KeyPair::generate().unwrap()).unwrap();
+        let key = KeyPair::generate().unwrap();
+        let receiver = CertificateParams::new([host.to_owned()]).unwrap().signed_by(&key, &authority).unwrap();
+        (Self::serve_encrypted(receiver.der().clone(), key), authority.as_ref().der().clone())
+    }
+
+    fn serve_encrypted(certificate: CertificateDer<'static>, signing_key: KeyPair) -> Self {
         let provider = Arc::new(rustls::crypto::ring::default_provider());
         let config = ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
         let key = PrivateKeyDer::from(signing_key);
-        let config = config.with_no_client_auth().with_single_cert(vec![certificate.clone()], key).unwrap();
+        let config = config.with_no_client_auth().with_single_cert(vec![certificate], key).unwrap();
         let config = Arc::new(config);
-        let receiver = Self::serve(move |stream, requests| {
+        Self::serve(move |stream, requests| {
             let mut stream = StreamOwned::new(ServerConnection::new(config.clone()).unwrap(), stream);
             serve(&mut stream, requests, &mut |to| write(to, "HTTP/1.1 204 No Content\r\n\r\n"));
-        });
-        (receiver, certificate)
+        })
     }
 
     fn serve(mut connected: impl FnMut(TcpStream, &Mutex<Vec<Request>>) + Send + 'static) -> Self {

@@ -45,6 +45,8 @@ fn what_cannot_be_used_is_refused_by_name() {
         ("name", json!("m e s")),
         ("url", json!("http://mes.example/")),
         ("secret_file", json!("/nowhere/mes.secret")),
+        ("ca_file", json!("/nowhere/ca.pem")),
+        ("ca_file", json!(secret.path())),
         ("events", json!(["Inspection"])),
         ("allowed_private", json!(["10.1.0.0/33"])),
         ("timeout_s", json!(0)),
@@ -57,6 +59,7 @@ fn what_cannot_be_used_is_refused_by_name() {
             "name" => settings.name = set.name,
             "url" => settings.url = set.url,
             "secret_file" => settings.secret_file = set.secret_file,
+            "ca_file" => settings.ca_file = set.ca_file,
             "events" => settings.events = set.events,
             "allowed_private" => settings.allowed_private = set.allowed_private,
             _ => settings.timeout_s = set.timeout_s,
@@ -86,7 +89,7 @@ fn a_door_delivers_the_events_and_recipes_chosen() {
 fn each_setting_is_described_with_its_default_and_its_range() {
     let schema = schema_for!(Settings).to_value();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 7);
+    assert_eq!(properties.len(), 8);
     assert!(properties.values().all(|one| one["description"].is_string()), "{schema}");
     assert_eq!(properties["timeout_s"]["default"], 20);
     assert_eq!(
