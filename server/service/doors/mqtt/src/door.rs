@@ -9,10 +9,12 @@ use tokio::sync::watch;
 
 use crate::commands::{self, AppLine, Line};
 use crate::connection::address::Address;
-use crate::connection::link::{Link, Message};
+use crate::connection::link::Link;
+use crate::connection::message::{Message, Will};
 use crate::connection::options::options;
 use crate::params::{MESSAGE_EXPIRY_S, Times};
 use crate::settings::Settings;
+use crate::sparkplug::{self, Node, SparkplugTopics};
 use crate::station::presence::report;
 use crate::station::topics::Topics;
 use crate::station::{Condition, FaultMessage, offline};
@@ -24,6 +26,8 @@ pub struct MqttDoor {
     recipes: Vec<String>,
     address: Address,
     topics: Topics,
+    /// With Sparkplug.
+    node: Option<Node>,
     filter: EventFilter,
     times: Times,
     link: Link,
@@ -42,14 +46,27 @@ impl MqttDoor {
     pub fn new(settings: Settings, times: Times) -> Result<Self, BadSetting> {
         let address = Address::parse(&settings.url)?;
         let topics = Topics::new(&settings.prefix, &settings.station)?;
-        let options = options(&settings, &address, topics.client_id(), &offline(&topics, None))?;
-        let mut link = Link::new(format!("the broker {address}"), options, times);
+        let options = options(&settings, &address, topics.client_id())?;
+        let edge = settings.sparkplug_group.as_deref().map(|group| SparkplugTopics::new(group, &settings.station));
+        let edge = edge.transpose()?;
+        let will: Will = match edge.clone() {
+            Some(edge) => Box::new(move |connection| Node::death(&edge, connection)),
+            None => {
+                let topics = topics.clone();
+                Box::new(move |_| offline(&topics, None))
+            }
+        };
+        let mut link = Link::new(format!("the broker {address}"), options, times, will);
         if settings.commands {
-            link = link.subscribed(topics.commands());
+            link.subscribe(topics.commands());
+        }
+        if let Some(edge) = &edge {
+            link.subscribe(edge.node("NCMD"));
         }
         let filter = EventFilter::new(settings.events.clone(), settings.recipes.clone())?;
         let Settings { name, commands, recipes, .. } = settings;
-        Ok(Self { name, commands, recipes, address, topics, filter, times, link })
+        let node = edge.map(Node::new);
+        Ok(Self { name, commands, recipes, address, topics, node, filter, times, link })
     }
 
     /// Keeps the connection, publishes what the station does, and executes commands, until `closing`.
@@ -62,16 +79,35 @@ impl MqttDoor {
         let report_then_leave = async {
             tokio::select! {
                 () = closing => {}
-                () = report(&self.link, &self.topics, condition, self.times.health_interval) => {}
+                () = self.report(condition) => {}
                 () = commands::serve(&self.link, &self.topics, line) => {}
             }
-            self.link.say_goodbye(&offline(&self.topics, Some(now_ms()))).await;
+            let last = |connection| match &self.node {
+                Some(node) => Node::death(node.topics(), connection),
+                None => offline(&self.topics, Some(now_ms())),
+            };
+            self.link.say_goodbye(last).await;
         };
         tokio::select! {
             () = self.link.keep() => {}
             () = report_then_leave => {}
         }
         self.link.close();
+    }
+
+    /// Shows a result to hosts of Sparkplug; returns the connection over which it was sent.
+    async fn show_result(&self, delivery: &Delivery) -> Result<Option<u64>, Undelivered> {
+        let (Some(node), Some(inspection)) = (&self.node, &delivery.inspection) else { return Ok(None) };
+        let connection = self.link.connection().await?;
+        node.show_result(&self.link, connection, inspection).await?;
+        Ok(Some(connection))
+    }
+
+    async fn report(&self, condition: watch::Receiver<Condition>) {
+        match &self.node {
+            Some(node) => sparkplug::report(&self.link, node, condition).await,
+            None => report(&self.link, &self.topics, condition, self.times.health_interval).await,
+        }
     }
 }
 
@@ -88,7 +124,9 @@ impl Door for MqttDoor {
     fn target(&self) -> String {
         let commands =
             if self.commands { format!(", commands on {}", self.topics.commands()) } else { String::new() };
-        format!("{}, topics {}{commands}", self.address, self.topics.all())
+        let topics =
+            self.node.as_ref().map_or_else(String::new, |node| format!("{} and ", node.topics().node("+")));
+        format!("{}, topics {topics}{}{commands}", self.address, self.topics.all())
     }
 
     fn wants(&self, event: &EventRecord) -> bool {
@@ -96,14 +134,16 @@ impl Door for MqttDoor {
     }
 
     async fn deliver(&self, delivery: &Delivery) -> Result<(), Undelivered> {
-        let message = Message {
-            topic: self.topics.of_event(&delivery.event.kind),
-            payload: delivery.message().to_string(),
-            retained: false,
-            expiry_s: Some(MESSAGE_EXPIRY_S),
-            correlation: None,
-        };
-        self.link.publish(&message).await
+        let shown_over = self.show_result(delivery).await?;
+        let topic = self.topics.of_event(&delivery.event.kind);
+        self.link.publish(&Message::json(topic, &delivery.message(), Some(MESSAGE_EXPIRY_S))).await?;
+        // A broker handles a connection in order, so that this acknowledgement is also one for what was sent before.
+        match shown_over {
+            Some(connection) if self.link.connection().await? != connection => {
+                Err(Undelivered::unreachable("the connection to the broker was lost before the acknowledgement"))
+            }
+            _ => Ok(()),
+        }
     }
 
     async fn serve(self: Arc<Self>, app: App) {
@@ -122,11 +162,7 @@ impl Door for MqttDoor {
                         since_ms: fault.since_ms,
                     });
                     let next = Condition {
-                        changes: now
-                            .state_history
-                            .after(0)
-                            .map(|(number, state)| (number, state.name()))
-                            .collect(),
+                        changes: now.state_history.after(0).collect(),
                         simulated: now.simulated,
                         faults: faults.collect(),
                     };

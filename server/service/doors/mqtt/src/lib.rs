@@ -12,7 +12,10 @@
 //! With `commands`, the door also listens on `cmd` (`commands`): a command is a JSON object, and its answer,
 //! `sheaf-answer/1`, goes to the response topic of the command.
 //!
-//! Everything is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
+//! With `sparkplug_group`, the station is an edge node of Sparkplug B (`sparkplug`) instead of publishing `state` and
+//! `health`; results are published in both ways.
+//!
+//! Everything else is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
 //! the client library keeps for a later connection does not count (`connection/link.rs`). The same event may arrive twice, with
 //! the same `id`; `seq` gives the order. `state` is also the last will: the broker publishes `online: false` when the
 //! connection breaks.
@@ -22,6 +25,7 @@ mod connection;
 mod door;
 mod params;
 mod settings;
+mod sparkplug;
 mod station;
 
 #[cfg(test)]

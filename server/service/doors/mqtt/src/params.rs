@@ -36,6 +36,12 @@ pub const ANSWER_EXPIRY_S: u32 = 60;
 /// Largest packet that this client receives; the broker drops larger messages.
 pub const INCOMING_PACKET_BYTES: u32 = 64 * 1024;
 
+/// Shortest time between a birth and the next one that a host asks for: several hosts ask at the same time.
+pub const BIRTH_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Delay before a message without acknowledgement is handed over again to the client library, whose queue was full.
+pub const HANDED_OVER_AGAIN: Duration = Duration::from_millis(5);
+
 /// Times that tests shorten.
 #[derive(Debug, Clone, Copy)]
 pub struct Times {

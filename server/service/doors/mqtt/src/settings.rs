@@ -29,6 +29,9 @@ pub struct Settings {
     /// file with the certificates (PEM) that the broker's certificate must lead to; without: those of the system
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ca_file: Option<PathBuf>,
+    /// group of Sparkplug B in which the station is an edge node, instead of the topics state and health; without: none
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sparkplug_group: Option<String>,
     /// whether clients of the broker may start and abort inspections and stop the station, on the topic cmd
     #[serde(default)]
     pub commands: bool,

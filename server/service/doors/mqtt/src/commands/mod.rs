@@ -16,7 +16,8 @@ use app::error::{AppError, ErrorKind};
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 
-use crate::connection::link::{Link, Message};
+use crate::connection::link::Link;
+use crate::connection::message::Message;
 use crate::connection::subscription::Received;
 use crate::params::{ANSWER_EXPIRY_S, COMMANDS_WAITING};
 use crate::station::topics::Topics;
@@ -32,9 +33,10 @@ struct Address {
 pub async fn serve(link: &Link, topics: &Topics, line: Arc<dyn Line>) {
     let (answers, mut to_send) = mpsc::channel(COMMANDS_WAITING);
     let (in_order, mut waiting) = mpsc::channel::<(Request, Option<Address>)>(COMMANDS_WAITING);
+    let topic = topics.commands();
     let receive = async {
         loop {
-            let received = link.received().await;
+            let received = link.received(&topic).await;
             let address = address(&received, topics);
             let request = Request::of(&received);
             match request {
@@ -117,13 +119,7 @@ fn answer(answers: &mpsc::Sender<Message>, to: Option<Address>, id: &str, outcom
         body.extend(more);
     }
     let Some(Address { topic, correlation }) = to else { return };
-    let message = Message {
-        topic,
-        payload: body.to_string(),
-        retained: false,
-        expiry_s: Some(ANSWER_EXPIRY_S),
-        correlation,
-    };
+    let message = Message { correlation, ..Message::json(topic, &body, Some(ANSWER_EXPIRY_S)) };
     if answers.try_send(message).is_err() {
         tracing::warn!(command = id, "an answer was not sent: too many wait");
     }

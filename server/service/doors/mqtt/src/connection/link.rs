@@ -6,67 +6,21 @@ use app::doors::Undelivered;
 use parking_lot::Mutex;
 use rumqttc::Outgoing;
 use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{ConnAck, Packet, PublishProperties};
-use rumqttc::v5::{AsyncClient, ConnectionError, Event, EventLoop, MqttOptions};
+use rumqttc::v5::mqttbytes::v5::{ConnAck, Filter, Packet, PublishProperties};
+use rumqttc::v5::{AsyncClient, Event, EventLoop, MqttOptions};
 use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep, timeout};
 
+use crate::connection::message::{Message, Will};
+use crate::connection::options::last_will;
 use crate::connection::reasons::{QOS_MISSING, of_acknowledgement, of_connection, of_lost_message};
+use crate::connection::state::{Ending, LinkState};
 use crate::connection::subscription::{Received, Subscription, check_subscription};
 use crate::connection::unacknowledged::Unacknowledged;
-use crate::params::{PACKET_OVERHEAD_BYTES, Times, UNACKNOWLEDGED_MESSAGES};
-
-/// Content type of every message.
-pub const CONTENT_TYPE: &str = "application/json";
-
-/// A message to publish with QoS 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Message {
-    /// Where.
-    pub topic: String,
-    /// JSON.
-    pub payload: String,
-    /// Whether the broker keeps it for later subscribers.
-    pub retained: bool,
-    /// After which the broker drops it.
-    pub expiry_s: Option<u32>,
-    /// What the client that is answered gave for it.
-    pub correlation: Option<Vec<u8>>,
-}
-
-/// State of the connection.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum LinkState {
-    /// Being established.
-    Connecting,
-    /// Established.
-    Up {
-        /// Its number since the start.
-        connection: u64,
-        /// Largest packet that the broker accepts.
-        max_packet_bytes: Option<u32>,
-    },
-    /// Not established; the next attempt follows after a delay.
-    Down {
-        /// Why.
-        reason: String,
-    },
-    /// Ended for good.
-    Closed,
-}
+use crate::params::{HANDED_OVER_AGAIN, PACKET_OVERHEAD_BYTES, Times, UNACKNOWLEDGED_MESSAGES};
 
 /// Why there is no connection at the end.
 const GOODBYE: &str = "the service is being shut down";
-
-/// Why a connection ended.
-enum Ending {
-    /// This side said goodbye.
-    Goodbye,
-    /// It failed.
-    Failed(ConnectionError),
-    /// It is of no use, for this reason.
-    Useless(String),
-}
 
 /// The connection.
 pub struct Link {
@@ -78,7 +32,8 @@ pub struct Link {
     event_loop: Mutex<Option<EventLoop>>,
     state: watch::Sender<LinkState>,
     unacknowledged: Mutex<Unacknowledged>,
-    subscription: Option<Subscription>,
+    subscriptions: Vec<Subscription>,
+    will: Will,
     /// Ends the delay before the next attempt.
     try_now: Notify,
     /// Ends a connection over which a message was not acknowledged.
@@ -87,7 +42,7 @@ pub struct Link {
 
 impl Link {
     /// Not connected before [`Link::keep`].
-    pub fn new(broker: String, options: MqttOptions, times: Times) -> Self {
+    pub fn new(broker: String, options: MqttOptions, times: Times, will: Will) -> Self {
         let (client, event_loop) = AsyncClient::new(options, usize::from(UNACKNOWLEDGED_MESSAGES));
         Self {
             broker,
@@ -96,20 +51,21 @@ impl Link {
             event_loop: Mutex::new(Some(event_loop)),
             state: watch::Sender::new(LinkState::Connecting),
             unacknowledged: Mutex::default(),
-            subscription: None,
+            subscriptions: Vec::new(),
+            will,
             try_now: Notify::new(),
             give_up: Notify::new(),
         }
     }
 
     /// Also receives what is published on a topic.
-    pub fn subscribed(self, topic: String) -> Self {
-        Self { subscription: Some(Subscription::new(topic)), ..self }
+    pub fn subscribe(&mut self, topic: String) {
+        self.subscriptions.push(Subscription::new(topic));
     }
 
-    /// The next message of another client; waits for ever without a subscription.
-    pub async fn received(&self) -> Received {
-        match &self.subscription {
+    /// The next message of another client on a topic; waits for ever without a subscription.
+    pub async fn received(&self, topic: &str) -> Received {
+        match self.subscriptions.iter().find(|subscription| subscription.is_of(topic)) {
             Some(subscription) => subscription.next().await,
             None => std::future::pending().await,
         }
@@ -133,7 +89,7 @@ impl Link {
     }
 
     async fn publish_and_wait(&self, message: &Message) -> Result<(), Undelivered> {
-        let max_packet_bytes = self.connected().await?;
+        let (_, max_packet_bytes) = self.connected().await?;
         // A property is one byte, its length two.
         let correlation_bytes = message.correlation.as_ref().map_or(0, |correlation| 3 + correlation.len());
         let packet_bytes = message.topic.len() + message.payload.len() + correlation_bytes + PACKET_OVERHEAD_BYTES;
@@ -141,11 +97,11 @@ impl Link {
             let reason = format!("the message has {packet_bytes} bytes; {} accepts at most {max}", self.broker);
             return Err(Undelivered::Impossible(reason));
         }
-        let Message { topic, payload, retained, expiry_s, correlation } = message.clone();
+        let Message { topic, payload, content_type, retained, expiry_s, correlation } = message.clone();
         let properties = PublishProperties {
-            payload_format_indicator: Some(1),
+            payload_format_indicator: content_type.map(|_| 1),
             message_expiry_interval: expiry_s,
-            content_type: Some(CONTENT_TYPE.to_owned()),
+            content_type: content_type.map(str::to_owned),
             correlation_data: correlation.map(Into::into),
             ..PublishProperties::default()
         };
@@ -160,9 +116,38 @@ impl Link {
         of_acknowledgement(&acknowledgement, &message.topic)
     }
 
-    /// Waits for the end of an attempt to connect, which it causes if none is being made; returns the largest packet
-    /// that the broker accepts.
-    async fn connected(&self) -> Result<Option<u32>, Undelivered> {
+    /// Sends without acknowledgement (QoS 0), if this connection still exists.
+    ///
+    /// # Errors
+    /// It does not.
+    pub async fn send(&self, connection: u64, topic: String, payload: Vec<u8>) -> Result<(), Undelivered> {
+        loop {
+            let send = || self.client.try_publish(&topic, QoS::AtMostOnce, false, payload.clone()).is_ok();
+            let outcome = self.unacknowledged.lock().over(connection, send);
+            match outcome {
+                Some(true) => return Ok(()),
+                Some(false) => sleep(HANDED_OVER_AGAIN).await,
+                None => {
+                    return Err(Undelivered::unreachable(format!("{} is no longer connected", self.broker)));
+                }
+            }
+        }
+    }
+
+    /// The number of the connection; as for [`Link::publish`], it is established if there is none.
+    ///
+    /// # Errors
+    /// The broker is not connected.
+    pub async fn connection(&self) -> Result<u64, Undelivered> {
+        let limit = self.times.acknowledged_within;
+        let connected = timeout(limit, self.connected()).await;
+        let late = || Undelivered::unreachable(format!("{} is not connected yet", self.broker));
+        Ok(connected.map_err(|_| late())??.0)
+    }
+
+    /// Waits for the end of an attempt to connect, which it causes if none is being made; returns the number of the
+    /// connection, and the largest packet that the broker accepts.
+    async fn connected(&self) -> Result<(u64, Option<u32>), Undelivered> {
         let mut state = self.state.subscribe();
         if matches!(*state.borrow_and_update(), LinkState::Down { .. }) {
             self.try_now.notify_one();
@@ -171,7 +156,7 @@ impl Link {
         }
         let decided = state.wait_for(|state| *state != LinkState::Connecting).await;
         match decided.map(|state| state.clone()) {
-            Ok(LinkState::Up { max_packet_bytes, .. }) => Ok(max_packet_bytes),
+            Ok(LinkState::Up { connection, max_packet_bytes }) => Ok((connection, max_packet_bytes)),
             Ok(LinkState::Down { reason }) => {
                 Err(Undelivered::unreachable(format!("{} is not connected: {reason}", self.broker)))
             }
@@ -206,6 +191,7 @@ impl Link {
         let mut delay = self.times.reconnect_first;
         for connection in 1.. {
             self.state.send_replace(LinkState::Connecting);
+            event_loop.options.set_last_will(last_will((self.will)(connection)));
             let begun = Instant::now();
             let (reason, undelivered) = match self.connect(&mut event_loop, connection).await {
                 Ending::Goodbye => return,
@@ -246,14 +232,17 @@ impl Link {
                         return ending;
                     }
                 }
+                // Without acknowledgement there is no packet id.
+                Ok(Event::Outgoing(Outgoing::Publish(0))) => {}
                 Ok(Event::Outgoing(Outgoing::Publish(packet_id))) => self.unacknowledged.lock().sent(packet_id),
                 Ok(Event::Incoming(Packet::PubAck(acknowledgement))) => {
                     self.unacknowledged.lock().acknowledged(acknowledgement);
                 }
                 Ok(Event::Incoming(Packet::Publish(publish))) => {
                     // A session from before may have a subscription that is no longer wanted.
-                    if let Some(subscription) = &self.subscription {
-                        subscription.receive(publish);
+                    let topic = String::from_utf8_lossy(&publish.topic).into_owned();
+                    if let Some(of) = self.subscriptions.iter().find(|subscription| subscription.is_of(&topic)) {
+                        of.receive(publish);
                     }
                 }
                 Ok(Event::Incoming(Packet::SubAck(answer))) => check_subscription(&answer, &self.broker),
@@ -271,16 +260,16 @@ impl Link {
         }
         let max_packet_bytes = properties.and_then(|properties| properties.max_packet_size);
         tracing::info!(broker = self.broker, "connected");
-        self.subscribe();
-        self.unacknowledged.lock().begin();
+        self.ask_for_subscriptions();
+        self.unacknowledged.lock().begin(connection);
         self.state.send_replace(LinkState::Up { connection, max_packet_bytes });
         Ok(())
     }
 
     /// At the beginning of every connection, since the broker may have forgotten the session.
-    fn subscribe(&self) {
-        let Some(subscription) = &self.subscription else { return };
-        if self.client.try_subscribe_many([subscription.filter()]).is_err() {
+    fn ask_for_subscriptions(&self) {
+        let filters: Vec<Filter> = self.subscriptions.iter().map(Subscription::filter).collect();
+        if !filters.is_empty() && self.client.try_subscribe_many(filters).is_err() {
             tracing::error!(broker = self.broker, "not subscribed to commands: too much is queued");
         }
     }
@@ -297,13 +286,12 @@ impl Link {
         event_loop.state.collision = None;
     }
 
-    /// Publishes this last message, if there is a connection, and ends it such that the broker does not publish the will.
-    pub async fn say_goodbye(&self, last: &Message) {
-        if !matches!(*self.state.borrow(), LinkState::Up { .. }) {
-            return;
-        }
+    /// Publishes this last message of the connection with that number, if there is one, and ends it such that the broker
+    /// does not publish the will.
+    pub async fn say_goodbye(&self, last: impl Fn(u64) -> Message) {
+        let LinkState::Up { connection, .. } = *self.state.borrow() else { return };
         let goodbye = async {
-            if let Err(why) = self.publish(last).await {
+            if let Err(why) = self.publish(&last(connection)).await {
                 tracing::warn!(broker = self.broker, reason = %why, "the last message was not delivered");
             }
             // The connection ends with the event loop if it cannot be ended by a packet.

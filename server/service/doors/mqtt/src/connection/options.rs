@@ -9,23 +9,18 @@ use rumqttc::v5::mqttbytes::v5::{LastWill, LastWillProperties};
 use rumqttc::{TlsConfiguration, Transport};
 
 use crate::connection::address::Address;
-use crate::connection::link::{CONTENT_TYPE, Message};
+use crate::connection::message::Message;
 use crate::connection::tls::client_config;
 use crate::params::{
     CONNECT_TIMEOUT_S, INCOMING_PACKET_BYTES, KEEP_ALIVE, SESSION_EXPIRY_S, UNACKNOWLEDGED_MESSAGES,
 };
 use crate::settings::Settings;
 
-/// Options for this broker. `will` is published by the broker when the connection breaks.
+/// Options for this broker, without a last will.
 ///
 /// # Errors
 /// A file cannot be read, or settings exclude each other.
-pub fn options(
-    settings: &Settings,
-    address: &Address,
-    client_id: String,
-    will: &Message,
-) -> Result<MqttOptions, BadSetting> {
+pub fn options(settings: &Settings, address: &Address, client_id: String) -> Result<MqttOptions, BadSetting> {
     let mut options = MqttOptions::new(client_id, &address.host, address.port);
     options
         .set_keep_alive(KEEP_ALIVE)
@@ -33,8 +28,11 @@ pub fn options(
         .set_session_expiry_interval(Some(SESSION_EXPIRY_S))
         .set_max_packet_size(Some(INCOMING_PACKET_BYTES))
         .set_connection_timeout(CONNECT_TIMEOUT_S)
-        .set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MESSAGES)
-        .set_last_will(last_will(will));
+        .set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MESSAGES);
+    if settings.sparkplug_group.is_some() {
+        // As Sparkplug demands: everything is announced again over the next connection.
+        options.set_clean_start(true).set_session_expiry_interval(Some(0));
+    }
     if let Some((username, password)) = credentials(settings)? {
         options.set_credentials(username, password);
     }
@@ -48,17 +46,18 @@ pub fn options(
     Ok(options)
 }
 
-fn last_will(will: &Message) -> LastWill {
+/// What the broker publishes when the connection breaks.
+pub fn last_will(will: Message) -> LastWill {
     let properties = LastWillProperties {
         delay_interval: None,
-        payload_format_indicator: Some(1),
+        payload_format_indicator: will.content_type.map(|_| 1),
         message_expiry_interval: None,
-        content_type: Some(CONTENT_TYPE.to_owned()),
+        content_type: will.content_type.map(str::to_owned),
         response_topic: None,
         correlation_data: None,
         user_properties: Vec::new(),
     };
-    LastWill::new(&will.topic, will.payload.clone(), QoS::AtLeastOnce, will.retained, Some(properties))
+    LastWill::new(will.topic, will.payload, QoS::AtLeastOnce, will.retained, Some(properties))
 }
 
 fn credentials(settings: &Settings) -> Result<Option<(String, String)>, BadSetting> {

@@ -35,6 +35,11 @@ impl Subscription {
         Self { topic, arriving, arrived: Mutex::new(arrived) }
     }
 
+    /// Whether it is of this topic.
+    pub fn is_of(&self, topic: &str) -> bool {
+        self.topic == topic
+    }
+
     /// As the broker is asked for it: without what it has retained, and with a mark on what is to be retained.
     pub fn filter(&self) -> Filter {
         Filter {

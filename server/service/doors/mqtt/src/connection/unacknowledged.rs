@@ -20,7 +20,8 @@ type Waiter = oneshot::Sender<Result<PubAck, Undelivered>>;
 /// acknowledged.
 #[derive(Debug, Default)]
 pub struct Unacknowledged {
-    connected: bool,
+    /// The connection, if there is one.
+    connection: Option<u64>,
     /// Handed over to the library, not sent yet.
     queued: VecDeque<Waiter>,
     /// Sent, by packet id.
@@ -29,14 +30,19 @@ pub struct Unacknowledged {
 
 impl Unacknowledged {
     /// A connection is established.
-    pub fn begin(&mut self) {
-        self.connected = true;
+    pub fn begin(&mut self, connection: u64) {
+        self.connection = Some(connection);
+    }
+
+    /// Acts if this connection still exists; nothing ends it meanwhile.
+    pub fn over<T>(&self, connection: u64, act: impl FnOnce() -> T) -> Option<T> {
+        (self.connection == Some(connection)).then(act)
     }
 
     /// Hands a message over to the library by `hand_over`, which returns whether the library took it; `None` if it did
     /// not, or if there is no connection.
     pub fn hand_over(&mut self, hand_over: impl FnOnce() -> bool) -> Option<Acknowledgement> {
-        if !self.connected || !hand_over() {
+        if self.connection.is_none() || !hand_over() {
             return None;
         }
         let (waiter, acknowledgement) = oneshot::channel();
@@ -65,7 +71,7 @@ impl Unacknowledged {
 
     /// The connection is lost: nothing on its way counts as delivered.
     pub fn lost(&mut self, why: &Undelivered) {
-        self.connected = false;
+        self.connection = None;
         let waiters = self.queued.drain(..).chain(self.sent.drain().map(|(_, waiter)| waiter));
         for waiter in waiters {
             drop(waiter.send(Err(why.clone())));

@@ -3,18 +3,18 @@
 pub mod presence;
 pub mod topics;
 
-use app::doors::{now_ms, utc};
+use app::doors::{MachineState, now_ms, utc};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::connection::link::Message;
+use crate::connection::message::Message;
 use crate::station::topics::Topics;
 
 /// What is known of the station.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Condition {
     /// The latest changes of its state with their numbers, oldest first: the last one is the state.
-    pub changes: Vec<(u64, &'static str)>,
+    pub changes: Vec<(u64, MachineState)>,
     /// `twin`, `replay`, or `None` for real devices.
     pub simulated: Option<&'static str>,
     /// Faults waiting for acknowledgement.
@@ -44,18 +44,18 @@ impl Condition {
 }
 
 /// The station has entered this state.
-pub fn online(topics: &Topics, (change, state): (u64, &str), simulated: Option<&str>) -> Message {
+pub fn online(topics: &Topics, (change, state): (u64, MachineState), simulated: Option<&str>) -> Message {
     let at_ms = now_ms();
     let message = json!({
         "schema": "sheaf-state/1",
         "online": true,
-        "state": state,
+        "state": state.name(),
         "change": change,
         "simulated": simulated,
         "timestamp": utc(at_ms),
         "at_ms": at_ms,
     });
-    retained(topics.state(), message.to_string())
+    retained(topics.state(), &message)
 }
 
 /// The service was shut down; without a time: the broker says so after the connection broke.
@@ -65,16 +65,16 @@ pub fn offline(topics: &Topics, at_ms: Option<i64>) -> Message {
         message["timestamp"] = json!(utc(at_ms));
         message["at_ms"] = json!(at_ms);
     }
-    retained(topics.state(), message.to_string())
+    retained(topics.state(), &message)
 }
 
 /// The faults.
 pub fn health(topics: &Topics, faults: &[FaultMessage]) -> Message {
     let at_ms = now_ms();
     let message = json!({ "schema": "sheaf-health/1", "faults": faults, "timestamp": utc(at_ms), "at_ms": at_ms });
-    retained(topics.health(), message.to_string())
+    retained(topics.health(), &message)
 }
 
-fn retained(topic: String, payload: String) -> Message {
-    Message { topic, payload, retained: true, expiry_s: None, correlation: None }
+fn retained(topic: String, payload: &Value) -> Message {
+    Message { retained: true, ..Message::json(topic, payload, None) }
 }

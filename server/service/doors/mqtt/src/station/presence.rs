@@ -5,7 +5,8 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
-use crate::connection::link::{Link, Message};
+use crate::connection::link::Link;
+use crate::connection::message::Message;
 use crate::station::topics::Topics;
 use crate::station::{Condition, FaultMessage, health, online};
 

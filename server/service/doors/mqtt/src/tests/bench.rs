@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use app::doors::{Delivery, Door as _, EventRecord, InspectionMessage, RecipeMessage, Undelivered};
+use app::doors::{Delivery, Door as _, EventRecord, InspectionMessage, MachineState, RecipeMessage, Undelivered};
 use app::error::{AppError, ErrorKind};
 use async_trait::async_trait;
 use parking_lot::Mutex;
@@ -51,8 +51,10 @@ impl Running {
     pub fn start_with(settings: Settings, times: Times) -> Self {
         let door = Arc::new(MqttDoor::new(settings, times).unwrap());
         let (closing, closed) = oneshot::channel::<()>();
-        let station =
-            watch::Sender::new(Condition { changes: vec![(1, "Preoperational")], ..Condition::default() });
+        let station = watch::Sender::new(Condition {
+            changes: vec![(1, MachineState::Preoperational)],
+            ..Condition::default()
+        });
         let line = Arc::<ScriptedLine>::default();
         let (running, watched, acting) = (door.clone(), station.subscribe(), line.clone());
         let task = tokio::spawn(async move { running.run(acting, watched, async { drop(closed.await) }).await });

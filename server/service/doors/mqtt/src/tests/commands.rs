@@ -101,6 +101,8 @@ async fn retained_and_lasting_commands_are_not_executed() {
     let running = listening(&broker).await;
     output(with_expiry(&mut client("mosquitto_pub", &broker, &stop("retained"))).arg("-r"));
     output(&mut client("mosquitto_pub", &broker, &stop("lasting")));
+    assert_eq!(answer(&broker, &stop("first"))["accepted"], true);
+    assert_eq!(calls(&running), ["first stop"]);
     running.crash().await;
     output(&mut client("mosquitto_pub", &broker, &stop("queued")));
     let running = listening(&broker).await;

@@ -12,5 +12,6 @@ mod refusals;
 mod scripted;
 mod scripted_broker;
 mod settings;
+mod sparkplug;
 mod subscriber;
 mod tls;

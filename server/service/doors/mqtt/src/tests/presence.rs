@@ -2,12 +2,16 @@
 
 use std::time::Instant;
 
+use app::doors::{MachineState, OperationalState};
 use serde_json::json;
 
 use crate::station::FaultMessage;
 use crate::tests::bench::{Running, result, settings, times};
 use crate::tests::broker::Broker;
 use crate::tests::subscriber::{Arrived, Subscriber};
+
+const READY: MachineState = MachineState::Operational(OperationalState::Ready);
+const SINGLE_EXECUTION: MachineState = MachineState::Operational(OperationalState::SingleExecution);
 
 fn states(arrived: &[Arrived]) -> Vec<String> {
     let word = |one: &Arrived| match one.payload["online"].as_bool().unwrap() {
@@ -24,10 +28,10 @@ async fn every_change_of_the_state_is_published_and_the_last_one_retained() {
     let running = Running::start(settings(&broker.url()));
     subscriber.until("/state", |arrived| arrived.len() == 1);
     running.station.send_modify(|station| {
-        station.changes.extend([(2, "Operational.Ready"), (3, "Operational.SingleExecution")]);
+        station.changes.extend([(2, READY), (3, SINGLE_EXECUTION)]);
         station.simulated = Some("twin");
     });
-    running.station.send_modify(|station| station.changes.push((4, "Operational.Ready")));
+    running.station.send_modify(|station| station.changes.push((4, READY)));
     let arrived = subscriber.until("sheaf/station/state", |arrived| arrived.len() == 4);
     let all = ["Preoperational", "Operational.Ready", "Operational.SingleExecution", "Operational.Ready"];
     assert_eq!(states(&arrived), all);
@@ -67,7 +71,7 @@ async fn a_shutdown_says_goodbye_and_a_crash_is_announced_by_the_broker() {
 async fn a_broker_that_forgot_everything_learns_the_state_again() {
     let mut broker = Broker::start();
     let running = Running::start(settings(&broker.url()));
-    running.station.send_modify(|station| station.changes.push((2, "Halted")));
+    running.station.send_modify(|station| station.changes.push((2, MachineState::Halted)));
     running.deliver(&result(1)).await.unwrap();
     broker.kill();
     broker.start_again();

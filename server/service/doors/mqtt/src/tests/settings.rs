@@ -28,7 +28,7 @@ fn a_door_with_commands_says_so() {
 fn every_setting_has_a_description_and_others_are_refused() {
     let schema = schemars::schema_for!(Settings).to_value();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 10);
+    assert_eq!(properties.len(), 11);
     for (name, property) in properties {
         assert!(property["description"].is_string(), "{name}");
     }
@@ -74,6 +74,9 @@ fn bad_settings_are_named() {
     }
     for station in ["", "a/b", "+", "#"] {
         check("station", json!({ "station": station }));
+    }
+    for group in ["", "a/b", "+", "#"] {
+        check("sparkplug_group", json!({ "sparkplug_group": group }));
     }
     check("events", json!({ "events": ["Inspection"] }));
     let folder = tempfile::tempdir().unwrap();
