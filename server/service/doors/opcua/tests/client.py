@@ -2,7 +2,8 @@
 
 POLICY is the name of a security policy, or none; USER - is nobody. The client's certificate is created in FOLDER.
 `connect` logs in, `browse` reads the address space, `commands` calls every method that changes something, `inspect`
-starts a job and waits for its result, `list` asks for stored results.
+starts a job and waits for its result, `fail` starts one and waits for the end of the fault that it causes, `list` asks
+for stored results.
 """
 
 import asyncio
@@ -10,6 +11,7 @@ import json
 import logging
 import socket
 import sys
+from types import SimpleNamespace
 from pathlib import Path
 
 from asyncua import Client, ua
@@ -24,7 +26,13 @@ ARGUMENTS = sys.argv[7:]
 VISION = "http://opcfoundation.org/UA/MachineVision"
 INSTANCES = "urn:sheaf:station"
 PATIENCE_S = 60
-JOB_STARTED, STATE_CHANGED, RESULT_READY = 1013, 1018, 1024
+JOB_STARTED, STATE_CHANGED, ERROR, ERROR_RESOLVED, RESULT_READY = 1013, 1018, 1019, 1020, 1024
+# The outputs of GetResultComponentsById.
+COMPONENTS = [
+    "ResultHandle", "IsPartial", "IsSimulated", "ResultState", "MeasId", "PartId", "ExternalRecipeId", "InternalRecipeId",
+    "ProductId", "ExternalConfigurationId", "InternalConfigurationId", "JobId", "CreationTime", "ProcessingTimes",
+    "ResultContent", "Error",
+]
 CLIENT_URI = "urn:sheaf:test:client"
 
 
@@ -144,14 +152,40 @@ async def start_job(station, recipe, serial):
     )
 
 
-async def inspect(station, recipe, serial):
+async def subscribe(station, kinds):
     seen = Seen()
     subscription = await station.client.create_subscription(50, seen)
-    kinds = [STATE_CHANGED, JOB_STARTED, RESULT_READY]
     nodes = [station.client.get_node(ua.NodeId(number, station.vision)) for number in kinds]
     # The server compares types by OfType, not by lists of ids, which asyncua would send; and it keeps one event per item
     # unless it is asked for more.
     await subscription.subscribe_events(station.node(""), nodes, queuesize=100, where_clause_generation=False)
+    return seen
+
+
+async def components(station, result_id):
+    outputs = await station.call(".ResultManagement.GetResultComponentsById", result_id, 0)
+    return SimpleNamespace(ResultId=result_id, **dict(zip(COMPONENTS, outputs, strict=True)))
+
+
+async def fail(station, recipe, serial):
+    seen = await subscribe(station, [STATE_CHANGED, ERROR, ERROR_RESOLVED])
+    await start_job(station, recipe, serial)
+    await seen.until(ERROR_RESOLVED, lambda event: True)
+    shown = lambda kind: [  # noqa: E731
+        {
+            "message": event.Message.Text,
+            "severity": event.Severity,
+            "source": event.SourceName,
+            "from": event.FromState.Text,
+            "to": event.ToState.Text,
+        }
+        for event in seen.of(kind)
+    ]
+    return {"error": shown(ERROR), "resolved": shown(ERROR_RESOLVED)}
+
+
+async def inspect(station, recipe, serial):
+    seen = await subscribe(station, [STATE_CHANGED, JOB_STARTED, RESULT_READY])
     job, error = await start_job(station, recipe, serial)
     if error:
         return {"error": error}
@@ -159,6 +193,8 @@ async def inspect(station, recipe, serial):
     await seen.until(STATE_CHANGED, lambda event: event.ToState.Text == "Ready")
     result, result_error = (await station.call(".ResultManagement.GetResultById", event.ResultId, 0))[1:]
     latest = await station.node(".ResultManagement.Results.LatestResult").read_value()
+    parts = await components(station, event.ResultId)
+    missing = await components(station, ua.ResultIdDataType(Id="unknown"))
     states = [event.ToState.Text for event in seen.of(STATE_CHANGED)]
     started = [event.JobId.Id for event in seen.of(JOB_STARTED)]
     return {
@@ -169,6 +205,8 @@ async def inspect(station, recipe, serial):
         "by_id": plain(result),
         "by_id_error": result_error,
         "latest": plain(latest),
+        "components": plain(parts),
+        "components_errors": [parts.Error, missing.Error],
         "states": states,
         "started": started,
     }
@@ -244,7 +282,7 @@ async def main():
         station = Station(client, vision, await client.get_namespace_index(INSTANCES))
         if COMMAND == "connect":
             return {"state": await station.state()}
-        steps = {"browse": browse, "inspect": inspect, "list": results, "recipes": recipes, "commands": commands}
+        steps = {"browse": browse, "inspect": inspect, "fail": fail, "list": results, "recipes": recipes, "commands": commands}
         return await steps[COMMAND](station, *ARGUMENTS)
     finally:
         await client.disconnect()

@@ -25,6 +25,12 @@ pub const PASSWORD: &str = "correct horse battery staple";
 /// The policy of most tests.
 pub const POLICY: &str = "Basic256Sha256";
 
+/// A part at which the station fails.
+pub const FAULTY: &str = "S-faulty";
+
+/// What happens then, and what to do.
+pub const FAULT: &str = "the stage stalled; free the carriage";
+
 /// A server with its folder.
 pub struct Plant {
     pub folder: TempDir,
@@ -191,6 +197,15 @@ impl ScriptedLine {
         job_id
     }
 
+    /// A job fails by a fault, which is acknowledged at once.
+    fn fail(&self) -> String {
+        self.enter(MachineState::Operational(OperationalState::SingleExecution));
+        self.condition.send_modify(|condition| condition.fault = Some(FAULT.to_owned()));
+        self.enter(MachineState::Error);
+        self.enter(MachineState::Preoperational);
+        "job-failed".to_owned()
+    }
+
     fn call(&self, user: &str, what: &str) {
         self.calls.lock().push(format!("{user} {what}"));
     }
@@ -202,6 +217,9 @@ impl Line for ScriptedLine {
         self.call(user, &format!("start {} {:?}", job.serial, job.recipe));
         if job.recipe.as_deref() != Some("bracket") {
             return Err(Refusal::NoRecipe);
+        }
+        if job.serial == FAULTY {
+            return Ok(self.fail());
         }
         let serial = job.serial.clone();
         Ok(self.inspect(&serial, Some(job)))

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::tests::plant::{PASSWORD, POLICY, Plant, answer};
+use crate::tests::plant::{FAULT, FAULTY, PASSWORD, POLICY, Plant, answer};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_finds_the_vision_system_of_the_standard() {
@@ -26,7 +26,7 @@ async fn a_client_finds_the_vision_system_of_the_standard() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_client_starts_a_job_and_receives_its_result_three_times_alike() {
+async fn a_client_starts_a_job_and_receives_its_result_four_times_alike() {
     let mut plant = Plant::new();
     plant.start(plant.settings()).await;
     let Some(()) = plant.introduce().await else { return };
@@ -38,14 +38,33 @@ async fn a_client_starts_a_job_and_receives_its_result_three_times_alike() {
         "expanded_uncertainties": [0.01, null], "verdicts": ["ok", "invalid"],
         "lower_limits": [8.85, 8.85], "upper_limits": [null, null],
     });
-    for way in ["event", "by_id", "latest"] {
+    for way in ["event", "by_id", "latest", "components"] {
         assert_eq!(seen[way], expected, "{way}");
     }
+    // The second one asked for a result that does not exist.
+    assert_eq!(seen["components_errors"], json!([0, 13]));
     assert_eq!(seen["message"], "part S-1: invalid");
     // The station went from Initialized to Ready, which the standard has between execution and Initialized, too.
     assert_eq!(seen["states"], json!(["SingleExecution", "Ready", "Initialized", "Ready"]));
     assert_eq!(seen["started"], json!(["job-1"]));
     assert_eq!(*plant.line.calls.lock(), ["mes start S-1 Some(\"bracket\")"]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_fault_is_reported_with_its_remedy_and_so_is_its_end() {
+    let mut plant = Plant::new();
+    plant.start(plant.settings()).await;
+    let Some(()) = plant.introduce().await else { return };
+    let Some(seen) = plant.user(&["fail", "bracket", FAULTY]).await else { return };
+    let error = json!([{
+        "message": FAULT, "severity": 800, "source": "VisionStateMachine", "from": "SingleExecution", "to": "Error"
+    }]);
+    assert_eq!(seen["error"], error);
+    let resolved = json!([{
+        "message": "the error is resolved", "severity": 100, "source": "VisionStateMachine", "from": "Error",
+        "to": "Preoperational",
+    }]);
+    assert_eq!(seen["resolved"], resolved);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
