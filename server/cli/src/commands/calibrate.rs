@@ -29,6 +29,7 @@ pub fn run(args: &CalibrateArgs, reporter: &dyn Reporter) -> Result<Answer, Fail
             &features,
             &result,
             &document,
+            None,
         )?;
         write_file(path, html.as_bytes())?;
     }

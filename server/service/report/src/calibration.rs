@@ -4,6 +4,7 @@ use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, Lig
 use capture::Capture;
 use maud::{Markup, html};
 
+use super::chapters::dark_frame::{self, ImageCorrection};
 use super::chapters::{camera, correlation, light, stage, turntable};
 use super::drawing::labelled_images::{LabelledPixel, labelled_image};
 use super::drawing::page::{Page, Tile, gallery, legend};
@@ -15,13 +16,15 @@ use pipeline::Features;
 /// Maximum number of laser images shown.
 const MAX_IMAGES: usize = 12;
 
-/// The report of a calibration; `source` names the origin of the images.
+/// The report of a calibration; `source` names the origin of the images, `correction` how a station corrected them, if
+/// one captured them.
 pub fn calibration_page(
     capture: &Capture,
     source: &str,
     features: &Features,
     result: &CalibrationResult,
     document: &CalibrationDocument,
+    correction: Option<&ImageCorrection>,
 ) -> Result<String, Failure> {
     let lead = format!(
         "Calibration {} of {source}: camera, light sheets and stage with their quality figures.",
@@ -29,6 +32,13 @@ pub fn calibration_page(
     );
     let mut page = Page::new("Calibration report", &lead);
     calibration_sections(&mut page, capture, features, result)?;
+    if let Some(correction) = correction {
+        page.section(
+            "Dark frame",
+            "What the sensor shows without light. Its hot pixels are replaced in every image, and its fixed pattern is subtracted, before corners and lines are located.",
+            dark_frame::content(correction),
+        );
+    }
     Ok(page.finish())
 }
 

@@ -11,6 +11,7 @@ pub mod scan;
 pub mod tables;
 pub mod target_sheet;
 
+pub use chapters::dark_frame::{ImageCorrection, UsedDarkFrame};
 pub use chapters::measurement;
 pub use drawing::{labelled_images, page, palette, plot, raster};
 

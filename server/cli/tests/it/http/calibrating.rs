@@ -61,13 +61,42 @@ fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     server.post("/api/v1/calibration-sessions/nowhere/detect-board", &json!(null)).expect(404);
 }
 
+/// Gives the camera hot pixels and a fixed pattern, and takes a dark frame of them behind the covered lens.
+#[track_caller]
+fn take_dark_frame(server: &Server) -> Value {
+    const FAULTS: &str = "/api/v1/simulation/faults";
+    for (name, value) in [("sensor_defects", json!(6.0)), ("lens_covered", json!(null))] {
+        server.put(FAULTS, &json!({ "name": name, "value": value })).expect(200);
+    }
+    let control = server.post("/api/v1/station/control", &json!({ "holder": "Anna" })).expect(201);
+    let headers = [("content-type", "application/json"), ("sheaf-control", control["id"].as_str().unwrap())];
+    let taken =
+        server.send("POST", "/api/v1/devices/camera/dark-frame", &headers, b"{\"n_frames\": 8}").expect(200);
+    server.send("DELETE", "/api/v1/station/control", &headers[1..], &[]).expect(204);
+    server.send("DELETE", &format!("{FAULTS}/lens_covered"), &[], &[]).expect(204);
+    taken
+}
+
 #[test]
-fn a_calibration_stores_the_points_of_its_residual_maps() {
+fn a_calibration_stores_the_points_of_its_residual_maps_and_its_dark_frame() {
     let (_folder, server) = fresh();
+    let dark = take_dark_frame(&server);
     let job = json!({ "source": { "kind": "station" }, "n_poses": 6 });
     let id = server.result_of("/api/v1/calibrations", &job);
     let residuals = server.get(&format!("/api/v1/calibrations/{id}/residuals")).expect(200);
     let item = server.get(&format!("/api/v1/calibrations/{id}")).expect(200);
+    // Two images of each pose, and those of the board on the stage.
+    let correction = &item["summary"]["correction"];
+    assert_eq!(correction["n_corrected"], correction["n_images"], "{correction}");
+    assert!(correction["n_images"].as_u64().unwrap() > 12, "{correction}");
+    let used = json!({ "used": "full", "taken_at_ms": dark["taken_at_ms"], "exposure_us": dark["exposure_us"],
+        "n_hot_pixels": dark["n_hot_pixels"] });
+    assert_eq!(correction["dark_frames"], json!([used]));
+    let report = server.get(&format!("/api/v1/calibrations/{id}/report"));
+    let page = String::from_utf8(report.body).unwrap();
+    let words = format!("All {} images were corrected.", correction["n_images"]);
+    assert!(page.contains("Dark frame") && page.contains(&words), "{words}");
+    assert!(page.contains(&format!("<td>{}</td>", dark["n_hot_pixels"])), "{dark}");
     let orders: Vec<_> =
         residuals["orders"].as_array().unwrap().iter().map(|order| order["order"].clone()).collect();
     assert_eq!(json!(orders), item["calibration"]["orders"]);

@@ -34,17 +34,22 @@ impl ImageDarkFrame {
 
 /// Counts the images and those that were corrected, and lists the different dark frames, for the summary.
 pub fn correction_json(images: &[Option<ImageDarkFrame>]) -> Value {
+    json!({
+        "n_images": images.len(),
+        "n_corrected": images.iter().flatten().count(),
+        "dark_frames": different(images),
+    })
+}
+
+/// The different dark frames among those of the images.
+pub fn different(images: &[Option<ImageDarkFrame>]) -> Vec<&ImageDarkFrame> {
     let mut dark_frames: Vec<&ImageDarkFrame> = Vec::new();
     for dark_frame in images.iter().flatten() {
         if !dark_frames.contains(&dark_frame) {
             dark_frames.push(dark_frame);
         }
     }
-    json!({
-        "n_images": images.len(),
-        "n_corrected": images.iter().flatten().count(),
-        "dark_frames": dark_frames,
-    })
+    dark_frames
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod correlation;
+pub mod dark_frame;
 pub mod light;
 pub mod measurement;
 pub mod stage;

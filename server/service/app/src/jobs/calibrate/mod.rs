@@ -10,15 +10,13 @@ mod station;
 use crate::events::{Event, event};
 use std::path::Path;
 
-use crate::camera::correction::{CORRECTION, ImageDarkFrame, correction_json};
+use crate::camera::correction::ImageDarkFrame;
 use crate::error::disk_problem;
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
 use crate::resources::captures::{CaptureOrigin, without_folder};
 use pipeline::open_capture;
-use store::Change;
-
-use product::calibrated;
+use product::{CalibrationImages, calibrated};
 
 /// The record kind of calibrations.
 pub const CALIBRATION: &str = "calibration";
@@ -53,7 +51,7 @@ pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeConte
     let name = ctx.wait(ctx.catalogue.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
     ctx.check_cancelled()?;
-    compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
+    compute(&checked_out.folder, (&name, capture_id, None), input, ctx, 0.0)
 }
 
 /// Calibrates from images that `take` writes to a folder, with the dark frame of each; the folder is kept as a capture even if the calibration fails.
@@ -66,32 +64,26 @@ fn made_from(
 ) -> Result<Done, JobEnd> {
     let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
-    let correction = correction_json(&take(folder.path())?);
+    let dark_frames = take(folder.path())?;
     ctx.check_cancelled()?;
     ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
     let created = event(&record.id, Event::CaptureCreated((&record).into()));
     ctx.wait(ctx.catalogue.commit(vec![change, created]))?;
-    let mut done = compute(folder.path(), name, &record.id, input, ctx, taken + STORING)?;
-    for change in &mut done.changes {
-        if let Change::InsertCalibration(record) = change {
-            record.summary[CORRECTION] = correction.clone();
-        }
-    }
-    Ok(done)
+    compute(folder.path(), (name, &record.id, Some(&dark_frames)), input, ctx, taken + STORING)
 }
 
 fn compute(
     folder: &Path,
-    name: &str,
-    capture_id: &str,
+    (name, capture_id, dark_frames): (&str, &str, Option<&[Option<ImageDarkFrame>]>),
     input: &CalibrateInput,
     ctx: &ComputeContext,
     begun: f64,
 ) -> Result<Done, JobEnd> {
     let calibrate = |ctx: &ComputeContext| {
         let capture = open_capture(folder, &ctx.reporter(Phase::ReadingImages, begun..begun))?;
-        calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
+        let images = CalibrationImages { capture: &capture, capture_id, name, dark_frames };
+        calibrated(&images, input, ctx, begun..1.0)
     };
     calibrate(ctx).map_err(|end| match end {
         JobEnd::Failed(problem) => without_folder(*problem, folder).into(),

@@ -1,5 +1,6 @@
 //! From a capture to the stored results: document, report, summary, record.
 
+use crate::camera::correction::{CORRECTION, ImageDarkFrame, correction_json, different};
 use crate::events::{CalibrationCreated, Event, event};
 use std::ops::Range;
 
@@ -7,6 +8,7 @@ use calibration::{CalibrationOptions, CalibrationResult, LightModelChoice};
 use capture::Capture;
 use optics::LightModelKind;
 use serde_json::{Value, json};
+use station::DarkFrameUse;
 use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
@@ -14,10 +16,11 @@ use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
 use crate::resources::calibrations::residuals::{RESIDUALS, Residuals};
+use crate::resources::inspections::utc;
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};
-use report::calibration_page;
 use report::tables::calibration_json;
+use report::{ImageCorrection, UsedDarkFrame, calibration_page};
 
 /// Fraction of the work for reading the images.
 const READING: f64 = 0.6;
@@ -25,26 +28,40 @@ const READING: f64 = 0.6;
 /// Share after which only writing remains.
 const FITTING: f64 = 0.95;
 
-/// Calibrates from `capture`, called `name` in the report; `part` is the range of the job's progress that this covers.
+/// Images of a calibration.
+pub(super) struct CalibrationImages<'a> {
+    /// The capture.
+    pub capture: &'a Capture,
+    /// Its id.
+    pub capture_id: &'a str,
+    /// Its name in the report.
+    pub name: &'a str,
+    /// The dark frame of each image; `None` if a stored capture is calibrated, whose images do not tell.
+    pub dark_frames: Option<&'a [Option<ImageDarkFrame>]>,
+}
+
+/// Calibrates from `images`; `part` is the range of the job's progress that this covers.
 pub(super) fn calibrated(
-    capture: &Capture,
-    name: &str,
-    capture_id: &str,
+    images: &CalibrationImages<'_>,
     input: &CalibrateInput,
     ctx: &ComputeContext,
     part: Range<f64>,
 ) -> Result<Done, JobEnd> {
+    let &CalibrationImages { capture, capture_id, name, dark_frames } = images;
     let at = |share: f64| part.start + (part.end - part.start) * share;
     let reading = ctx.reporter(Phase::ReadingImages, at(0.0)..at(READING));
     let features = read_features(capture, input.leave_out_unreadable, &reading)?;
     let fitting = ctx.reporter(Phase::Calibrating, at(READING)..at(FITTING));
     let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
     ctx.report(at(FITTING), Phase::WritingReport, "writing the report");
-    let page = calibration_page(capture, name, &features, &result, &document)?;
+    let page = calibration_page(capture, name, &features, &result, &document, dark_frames.map(reported).as_ref())?;
     ctx.check_cancelled()?;
     let id = document.calibration.id.clone();
     let mut summary = summary(&result, &features, &id);
     summary[RESIDUALS] = json!(keep_residuals(&result, ctx)?.as_str());
+    if let Some(dark_frames) = dark_frames {
+        summary[CORRECTION] = correction_json(dark_frames);
+    }
     let record = CalibrationRecord {
         id: id.clone(),
         document: ctx.wait(ctx.artifacts.put(document.to_json().as_bytes()))?,
@@ -68,6 +85,18 @@ pub(super) fn calibrated(
         changes: vec![Change::InsertCalibration(record), created],
         finished_work: None,
     })
+}
+
+/// The correction of the images, for the report.
+fn reported(images: &[Option<ImageDarkFrame>]) -> ImageCorrection {
+    let used = |dark_frame: &ImageDarkFrame| UsedDarkFrame {
+        taken_at: utc(dark_frame.taken_at_ms),
+        exposure_us: dark_frame.exposure_us,
+        n_hot_pixels: dark_frame.n_hot_pixels,
+        subtracts_pattern: dark_frame.used == DarkFrameUse::Full.name(),
+        n_images: images.iter().flatten().filter(|of_image| *of_image == dark_frame).count(),
+    };
+    ImageCorrection { n_images: images.len(), dark_frames: different(images).into_iter().map(used).collect() }
 }
 
 /// Stores the points of the residual maps; the document contains only their statistics.
