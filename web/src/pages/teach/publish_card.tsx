@@ -21,8 +21,9 @@ export function RecipeCard({ state }: { state: TeachState }) {
   const words = text.value.teach;
   const { state: recipes } = useLoaded(() => readRecipes(api), [api], [state.published.value]);
   const wanted = state.inspection?.recipe.id;
+  const problem = state.load.problem.value;
   useEffect(() => {
-    if (wanted !== undefined) void state.start(wanted);
+    if (wanted !== undefined) void state.load.start(wanted);
   }, [state, wanted]);
   return (
     <section class="card stack" aria-label={words.recipe}>
@@ -33,7 +34,7 @@ export function RecipeCard({ state }: { state: TeachState }) {
             <span>{words.based_on}</span>
             <select
               value={state.base.value?.id ?? ""}
-              onChange={(event) => void state.start(event.currentTarget.value || undefined)}
+              onChange={(event) => void state.load.start(event.currentTarget.value || undefined)}
             >
               <option value="">{words.new_recipe}</option>
               {items.map(({ id, name, version }) => (
@@ -45,6 +46,7 @@ export function RecipeCard({ state }: { state: TeachState }) {
           </label>
         )}
       </Show>
+      {problem && <ProblemCard problem={problem} onDismiss={() => state.load.dismiss()} />}
       {state.base.value ? (
         <VersionsCard state={state} id={state.base.value.id} />
       ) : (

@@ -59,6 +59,8 @@ export class TeachState {
   readonly publish: Command;
   readonly evaluate: Command;
   readonly import_file: Command<[File]>;
+  /** Starts from the newest version of a recipe, or from nothing. */
+  readonly load: Command<[string | undefined]>;
 
   constructor(
     private readonly app: App,
@@ -69,6 +71,7 @@ export class TeachState {
     this.result = new ResultState(app, scan);
     this.measure = new Command(() => this.runTrial());
     this.publish = new Command(() => this.publishPlan());
+    this.load = new Command((_steps, id) => this.start(id));
     this.import_file = new Command((_steps, file) => this.importFile(file));
     this.evaluate = new Command(async (steps) => {
       const version = this.published.peek();
@@ -90,7 +93,7 @@ export class TeachState {
   }
 
   /** Starts from the newest version of a recipe, or from nothing; what was added is lost. */
-  async start(id: string | undefined): Promise<void> {
+  private async start(id: string | undefined): Promise<void> {
     const base = id
       ? await data(this.app.api.GET("/api/v1/recipes/{id}", { params: { path: { id } } }))
       : undefined;

@@ -54,7 +54,7 @@ export function CloudView({ state, onViewer, empty, tools, bare }: Properties) {
     };
   }, [state, onViewer]);
   const words = text.value.viewer;
-  useFullView(state);
+  useFullView(state, !bare);
   const points = count(state.n_points.value, language.value);
   useEffect(() => {
     viewer.current?.canvas.setAttribute("role", "application");

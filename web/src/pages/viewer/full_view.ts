@@ -4,15 +4,16 @@ import { useSignalEffect } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { ViewState } from "./view_state";
 
-/** F11 and the browser's own full screen follow the state, and the state follows them. */
-export function useFullView(state: ViewState): void {
+/** F11 and the browser's own full screen follow the state, and the state follows them, if `enabled`. */
+export function useFullView(state: ViewState, enabled: boolean): void {
   useSignalEffect(() => {
     const root = document.documentElement;
     // Without permission, and on browsers without it, the view fills the window only.
     if (state.full.value) void root.requestFullscreen?.().catch(() => {});
-    else if (document.fullscreenElement) void document.exitFullscreen();
+    else if (document.fullscreenElement) void document.exitFullscreen().catch(() => {});
   });
   useEffect(() => {
+    if (!enabled) return;
     const listening = new AbortController();
     const { signal } = listening;
     addEventListener(
@@ -34,7 +35,7 @@ export function useFullView(state: ViewState): void {
     return () => {
       listening.abort();
       state.full.value = false;
-      if (document.fullscreenElement) void document.exitFullscreen();
+      if (document.fullscreenElement) void document.exitFullscreen().catch(() => {});
     };
-  }, [state]);
+  }, [state, enabled]);
 }
