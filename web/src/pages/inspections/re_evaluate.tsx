@@ -1,4 +1,4 @@
-/** Re-evaluates the point cloud of an inspection with another version of its recipe. */
+/** Re-evaluates an inspection with another version of its recipe or another calibration. */
 
 import { useSignal } from "@preact/signals";
 import { useId, useMemo } from "preact/hooks";
@@ -10,7 +10,8 @@ import { Show, useLoaded } from "../../components/loading/loading";
 import { goTo } from "../../state/browser/route";
 import { type Inspection, versionName } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";
-import { text } from "../../text";
+import { language, text } from "../../text";
+import { dateTime } from "../../units";
 
 export function ReEvaluate({ inspection }: { inspection: Inspection }) {
   const { api, jobs } = useApp();
@@ -21,6 +22,12 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
     () => data(api.GET("/api/v1/recipes/{id}/versions", { params: { path: { id: recipe.id } } })),
     [api, recipe.id],
   );
+  const calibrations = useLoaded(
+    async () => (await data(api.GET("/api/v1/calibrations", { params: { query: { limit: 50 } } }))).items,
+    [api],
+  );
+  /** Undefined: that of the point cloud. */
+  const calibration = useSignal<string | undefined>(undefined);
   /** Undefined: the newest. */
   const chosen = useSignal<number | undefined>(undefined);
   const run = useMemo(
@@ -28,7 +35,8 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
       new Command(async (steps) => {
         const version = chosen.peek() ?? versions.state.peek().value?.items[0]?.version ?? recipe.version;
         const params = { path: { id: inspection.id }, header: { "Idempotency-Key": idempotencyKey() } };
-        const body = { recipe: versionName({ id: recipe.id, version }) };
+        const calibration_id = calibration.peek() ?? null;
+        const body = { recipe: versionName({ id: recipe.id, version }), calibration_id };
         const job = await data(api.POST("/api/v1/inspections/{id}/re-evaluate", { params, body }));
         // Without `wait_s` the response is a job.
         if (!("state" in job)) return goTo("inspections", job.id);
@@ -59,6 +67,25 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
                       : versionName({ id: recipe.id, version })}
                   </option>
                 ))}
+              </select>
+            </div>
+            <div class="field">
+              <label for={`${id}-calibration`}>{words.calibration}</label>
+              <select
+                id={`${id}-calibration`}
+                value={calibration.value ?? inspection.calibration_id}
+                onChange={({ currentTarget: { value } }) => {
+                  calibration.value = value === inspection.calibration_id ? undefined : value;
+                }}
+              >
+                <option value={inspection.calibration_id}>{words.version_used(inspection.calibration_id)}</option>
+                {(calibrations.state.value.value ?? [])
+                  .filter((one) => one.id !== inspection.calibration_id)
+                  .map((one) => (
+                    <option key={one.id} value={one.id}>
+                      {one.id} · {dateTime(one.created_at_ms, language.value)}
+                    </option>
+                  ))}
               </select>
             </div>
             <CommandButton command={run} blocked={!inspection.scan_id && words.no_scan_left}>

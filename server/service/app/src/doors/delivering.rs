@@ -12,6 +12,7 @@ use tokio_util::sync::CancellationToken;
 use crate::doors::OpenDoor;
 use crate::doors::delivery::Delivery;
 use crate::doors::door::Undelivered;
+use crate::doors::filter::is_addressed_to;
 use crate::doors::params::{EVENTS_AT_A_TIME, EVENTS_KEPT_FOR_DOORS, STORE_RETRY, YIELDS_AFTER};
 use crate::doors::schedule::{jittered, retry_in};
 use crate::evented_catalogue::EventedCatalogue;
@@ -132,11 +133,11 @@ impl Delivering {
         }
     }
 
-    /// Whether the door wants it; never what is about the door itself, which would go round in circles.
+    /// Whether the door wants it and is meant; never what is about the door itself, which would go round in circles.
     fn wants(&self, event: &EventRecord) -> bool {
         let is_about_itself = event.subject == self.record.name
             && (event.kind.starts_with("door.") || event.kind.starts_with("delivery."));
-        !is_about_itself && self.open.door.wants(event)
+        !is_about_itself && is_addressed_to(&self.record.name, event) && self.open.door.wants(event)
     }
 
     /// Tries to deliver the first event ahead.

@@ -50,6 +50,11 @@ impl EventFilter {
     }
 }
 
+/// Whether the door of this name is among those that the recipe of an inspection names; events that name none are for all.
+pub(super) fn is_addressed_to(door: &str, event: &EventRecord) -> bool {
+    event.body["outputs"].as_array().is_none_or(|names| names.iter().any(|name| name == door))
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -83,6 +88,19 @@ mod tests {
         assert!(chosen.matches(&event("inspection.finished", Some("bracket@7"))));
         assert!(!chosen.matches(&event("inspection.finished", Some("brackets@7"))));
         assert!(chosen.matches(&event("station.stopped", None)));
+    }
+
+    #[test]
+    fn an_event_that_names_its_doors_is_for_them_alone() {
+        let naming = |outputs: serde_json::Value| EventRecord {
+            body: serde_json::json!({ "outputs": outputs }),
+            ..event("inspection.finished", None)
+        };
+        assert!(is_addressed_to("mes", &event("inspection.finished", None)));
+        assert!(is_addressed_to("mes", &naming(serde_json::json!(null))));
+        assert!(is_addressed_to("mes", &naming(serde_json::json!(["plc", "mes"]))));
+        assert!(!is_addressed_to("mes", &naming(serde_json::json!(["plc"]))));
+        assert!(!is_addressed_to("mes", &naming(serde_json::json!([]))));
     }
 
     #[test]

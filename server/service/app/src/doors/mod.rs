@@ -153,6 +153,11 @@ impl Doors {
         self.open.iter().map(|open| open.attempts.seq()).min()
     }
 
+    /// Whether a door of this name is configured.
+    pub fn has(&self, name: &str) -> bool {
+        self.find(name).is_ok()
+    }
+
     fn find(&self, name: &str) -> Result<&Arc<OpenDoor>, AppError> {
         self.open.iter().find(|open| open.door.name() == name).ok_or_else(|| {
             AppError::new(ErrorKind::NotFound, format!("there is no door {name}"))

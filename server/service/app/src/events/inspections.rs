@@ -47,6 +47,45 @@ pub struct InspectionFinished {
     pub simulated: bool,
     /// The inspection that this one re-evaluates.
     pub re_evaluated_from: Option<String>,
+    /// Names of the doors that receive it; absent: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outputs: Option<Vec<String>>,
+}
+
+/// A run rule that an inspection was the first to violate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ViolatedRule {
+    /// Id of the characteristic in the plan.
+    pub characteristic: String,
+    /// Number of the rule (Nelson 1 to 8).
+    pub rule: u8,
+    /// The inspection of the first point of the pattern.
+    pub first_inspection_id: String,
+    /// Number of points of the pattern so far.
+    pub n_points: usize,
+    /// The value that completed it, in `unit`.
+    pub value: f64,
+    /// Centre line of the chart then, in `unit`.
+    pub centre: f64,
+    /// σ within then, from the moving ranges, in `unit`.
+    pub sigma: f64,
+    /// `mm` or `°`.
+    pub unit: String,
+}
+
+/// A violated run rule of a control chart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RuleViolated {
+    /// Recipe and version: `bracket@7`.
+    pub recipe: String,
+    /// Serial number of the part.
+    pub serial: String,
+    /// The rule.
+    #[serde(flatten)]
+    pub violated: ViolatedRule,
+    /// Names of the doors that receive it; absent: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outputs: Option<Vec<String>>,
 }
 
 /// A hold of the inspection queue.

@@ -8,7 +8,7 @@ use super::artifacts::{
 };
 use super::doors::{DeliveriesChanged, DeliveryDead, DoorWaiting};
 use super::initiator::Initiator;
-use super::inspections::{InspectionFinished, InspectionsHeld, RecipePublished};
+use super::inspections::{InspectionFinished, InspectionsHeld, RecipePublished, RuleViolated};
 use super::jobs::JobEvent;
 use super::scans::{MeasurementCreated, MeasurementPlanChanged, ScanCreated, ScanExported, WatchWarned};
 use super::station::{
@@ -92,6 +92,10 @@ pub enum Event {
     /// A part was inspected; the event is stored together with the inspection.
     #[serde(rename = "inspection.finished")]
     InspectionFinished(InspectionFinished),
+    /// An inspection was the first to violate a run rule of the control chart of a characteristic; the subject is the
+    /// inspection.
+    #[serde(rename = "control_chart.rule_violated")]
+    ControlChartRuleViolated(RuleViolated),
     /// The inspection queue was held: no further inspection starts.
     #[serde(rename = "inspections.held")]
     InspectionsHeld(InspectionsHeld),

@@ -20,7 +20,7 @@ pub use artifacts::{
     Activation, CalibrationCreated, CaptureCreated, RecordingEnded, RecordingStarted, SessionVersion,
 };
 pub use initiator::Initiator;
-pub use inspections::{InspectionFinished, InspectionsHeld, RecipePublished};
+pub use inspections::{InspectionFinished, InspectionsHeld, RecipePublished, RuleViolated, ViolatedRule};
 pub use jobs::{JobEvent, JobResult};
 pub use kinds::{EmptyBody, Event};
 pub use scans::{MeasurementCreated, MeasurementPlanChanged, ScanCreated, ScanExported, WatchWarned};

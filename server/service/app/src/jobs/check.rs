@@ -37,15 +37,18 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
         }
         JobInput::Inspection(input) => {
             let version = stored_version(&parts.catalogue, &input.recipe_id, input.recipe_version).await?;
-            let scan = scan_of(&version.recipe.scan, &input.part.serial);
-            // The place is one of the recipe, not of the request.
+            let scan = scan_of(&version.recipe.scan, input);
             check_scan(&scan, parts).await.map_err(|problem| match problem.kind {
-                ErrorKind::Impossible => problem.at("/recipe"),
+                // The place is one of the recipe, not of the request.
+                ErrorKind::Impossible if takes_pictures => problem.at("/recipe"),
                 _ => problem,
             })
         }
         JobInput::ReEvaluation(input) => {
             exists(parts.catalogue.read().inspection(&input.inspection_id).await, "/inspection_id")?;
+            if let Some(id) = &input.calibration_id {
+                exists(parts.catalogue.read().calibration(id).await, "/calibration_id")?;
+            }
             Ok(0)
         }
     }

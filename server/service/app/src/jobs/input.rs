@@ -90,9 +90,12 @@ pub struct InspectInput {
     /// The part.
     #[serde(flatten)]
     pub part: InspectedPart,
+    /// Source of the frames; of a capture, the settings of the recipe are not used.
+    #[serde(default)]
+    pub source: ScanSource,
 }
 
-/// Request to re-evaluate the scan of an inspection with another version of a recipe.
+/// Request to re-evaluate the scan of an inspection with another version of a recipe or another calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReEvaluateInput {
     /// The inspection.
@@ -101,6 +104,9 @@ pub struct ReEvaluateInput {
     pub recipe_id: String,
     /// Its version.
     pub recipe_version: i64,
+    /// The calibration; `None`: that of the scan.
+    #[serde(default)]
+    pub calibration_id: Option<String>,
 }
 
 /// Request to write a scan in another format.
@@ -153,10 +159,10 @@ impl JobInput {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
                 let swept = input.settings.mode() == ScanMode::Continuous;
-                let source = if input.source == ScanSource::Station { "station" } else { "capture" };
                 format!(
-                    "{}/{source}/{}/{}",
+                    "{}/{}/{}/{}",
                     self.kind(),
+                    input.source.label(),
                     if swept { "swept" } else { "stepped" },
                     input.measure.len()
                 )
@@ -165,9 +171,11 @@ impl JobInput {
                 format!("{}/{}/{}", self.kind(), self.needs_station(), input.session_id.is_some())
             }
             Self::Export(input) => format!("{}/{}/{}", self.kind(), input.what, input.format),
-            Self::Inspection(InspectInput { recipe_id, recipe_version, .. })
-            | Self::ReEvaluation(ReEvaluateInput { recipe_id, recipe_version, .. }) => {
-                format!("{}/{recipe_id}@{recipe_version}", self.kind())
+            Self::Inspection(InspectInput { recipe_id, recipe_version, source, .. }) => {
+                format!("{}/{}/{recipe_id}@{recipe_version}", self.kind(), source.label())
+            }
+            Self::ReEvaluation(ReEvaluateInput { recipe_id, recipe_version, calibration_id, .. }) => {
+                format!("{}/{recipe_id}@{recipe_version}/{}", self.kind(), calibration_id.is_some())
             }
             Self::Recomputation(_) => self.kind().to_owned(),
         }

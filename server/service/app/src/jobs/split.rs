@@ -62,6 +62,13 @@ pub enum ComputeJob {
         /// The input.
         input: VerifyInput,
     },
+    /// Judge the frames of a capture by a recipe.
+    CaptureInspection {
+        /// Its id.
+        frames: RecordedFrames,
+        /// The input.
+        input: InspectInput,
+    },
     /// See [`RecomputeInput`].
     Recomputation(RecomputeInput),
     /// See [`ExportInput`].
@@ -89,24 +96,27 @@ impl From<JobInput> for Job {
                 }
                 (None, Source::Station) => Self::Station(StationJob::Calibration(input)),
             },
-            JobInput::Scan(input) => match recorded(&input) {
+            JobInput::Scan(input) => match recorded(&input.source) {
                 Some(frames) => Self::Compute(ComputeJob::CaptureScan { frames, input }),
                 None => Self::Station(StationJob::Scan(input)),
             },
-            JobInput::Verification(input) => match recorded(&input.scan) {
+            JobInput::Verification(input) => match recorded(&input.scan.source) {
                 Some(frames) => Self::Compute(ComputeJob::CaptureVerification { frames, input }),
                 None => Self::Station(StationJob::Verification(input)),
             },
             JobInput::Recomputation(input) => Self::Compute(ComputeJob::Recomputation(input)),
             JobInput::Export(input) => Self::Compute(ComputeJob::Export(input)),
-            JobInput::Inspection(input) => Self::Station(StationJob::Inspection(input)),
+            JobInput::Inspection(input) => match recorded(&input.source) {
+                Some(frames) => Self::Compute(ComputeJob::CaptureInspection { frames, input }),
+                None => Self::Station(StationJob::Inspection(input)),
+            },
             JobInput::ReEvaluation(input) => Self::Compute(ComputeJob::ReEvaluation(input)),
         }
     }
 }
 
-fn recorded(input: &ScanInput) -> Option<RecordedFrames> {
-    match &input.source {
+fn recorded(source: &ScanSource) -> Option<RecordedFrames> {
+    match source {
         ScanSource::Station => None,
         ScanSource::Capture { capture_id, scan } => {
             Some(RecordedFrames { capture_id: capture_id.clone(), scan: scan.clone() })
@@ -134,6 +144,7 @@ impl ComputeJob {
             Self::CaptureCalibration { capture_id, input } => calibrate::from_capture(&input, &capture_id, ctx),
             Self::CaptureScan { frames, input } => scan::of_capture(&input, &frames, ctx),
             Self::CaptureVerification { frames, input } => verify::of_capture(&input, &frames, ctx),
+            Self::CaptureInspection { frames, input } => inspect::of_capture(&input, &frames, ctx),
             Self::Recomputation(input) => scan::recompute::run(input, ctx),
             Self::Export(input) => export::run(input, ctx),
             Self::ReEvaluation(input) => inspect::re_evaluate(&input, ctx),

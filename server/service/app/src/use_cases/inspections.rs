@@ -9,15 +9,15 @@ use crate::access::principal::Principal;
 use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::inspect::without_scan;
-use crate::jobs::{InspectInput, InspectionHold, JobInput, JobView, ReEvaluateInput};
+use crate::jobs::{InspectInput, InspectionHold, JobInput, JobView, ReEvaluateInput, ScanSource};
 use crate::resources::inspections::InspectedPart;
 use crate::resources::labels::label;
-use crate::resources::recipes::check::check_attributes;
-use crate::resources::recipes::{RecipeRef, found};
+use crate::resources::recipes::check::{check_attributes, refused};
+use crate::resources::recipes::{RecipeRef, RecipeVersion, found};
 use crate::use_cases::jobs::start_job;
 
-/// Requests the inspection of a part, together with what `and` returns; without a recipe it is selected by serial
-/// number.
+/// Requests the inspection of a part on the station, together with what `and` returns; without a recipe it is selected by
+/// serial number.
 ///
 /// # Errors
 /// No recipe is found, the serial number or an attribute is invalid, or as [`start_job`].
@@ -28,26 +28,43 @@ pub async fn inspect(
     part: InspectedPart,
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
+    inspect_from(app, by, ScanSource::Station, recipe, part, and).await
+}
+
+/// The same with the frames of a source: of a capture, it is a computation that needs no station.
+///
+/// # Errors
+/// As [`inspect`]; the capture does not exist.
+pub async fn inspect_from(
+    app: &App,
+    by: &Principal,
+    source: ScanSource,
+    recipe: Option<RecipeRef>,
+    part: InspectedPart,
+    and: impl FnOnce(&JobRecord) -> Vec<Change>,
+) -> Result<JobRecord, AppError> {
     label(&part.serial, "/serial")?;
     if let Some(order) = &part.order {
         label(order, "/order")?;
     }
     check_attributes(part.attributes.iter(), "/attributes")?;
     let version = found(&app.catalogue, recipe.as_ref(), &part.serial).await?;
-    let input = InspectInput { recipe_id: version.id, recipe_version: version.version, part };
+    check_outputs(app, &version)?;
+    let input = InspectInput { recipe_id: version.id, recipe_version: version.version, part, source };
     start_job(app, by, JobInput::Inspection(input), and).await
 }
 
 /// Requests a re-evaluation of the scan of an inspection, together with what `and` returns; without a recipe, with the
-/// newest version of its own.
+/// newest version of its own; without a calibration, with that of the scan.
 ///
 /// # Errors
-/// The inspection or the recipe does not exist, its scan was deleted, or as [`start_job`].
+/// The inspection, the recipe or the calibration does not exist, its scan was deleted, or as [`start_job`].
 pub async fn re_evaluate(
     app: &App,
     by: &Principal,
     id: &str,
     recipe: Option<RecipeRef>,
+    calibration_id: Option<String>,
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
     let earlier = app.catalogue.read().inspection(id).await?;
@@ -56,9 +73,26 @@ pub async fn re_evaluate(
     }
     let recipe = recipe.unwrap_or(RecipeRef::Id { id: earlier.recipe_id, version: None });
     let version = found(&app.catalogue, Some(&recipe), &earlier.serial).await?;
-    let input =
-        ReEvaluateInput { inspection_id: earlier.id, recipe_id: version.id, recipe_version: version.version };
+    check_outputs(app, &version)?;
+    let input = ReEvaluateInput {
+        inspection_id: earlier.id,
+        recipe_id: version.id,
+        recipe_version: version.version,
+        calibration_id,
+    };
     start_job(app, by, JobInput::ReEvaluation(input), and).await
+}
+
+/// A result that would reach nobody is refused before the part is measured.
+fn check_outputs(app: &App, version: &RecipeVersion) -> Result<(), AppError> {
+    match version.recipe.outputs.iter().flatten().find(|door| !app.doors.has(door)) {
+        None => Ok(()),
+        Some(door) => {
+            let detail =
+                format!("the results of recipe {} are for door {door}, which is not configured", version.id);
+            Err(refused("/recipe", detail, "configure the door, or publish a version with other outputs"))
+        }
+    }
 }
 
 /// Waits for the end of a job, at most `limit`; returns its state then.

@@ -24,7 +24,8 @@ pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
 pub use doors::{Resend, delete_delivery, resend};
 pub use inspections::{
-    InspectionQueue, hold_inspections, inspect, inspection_queue, re_evaluate, resume_inspections, wait_for_job,
+    InspectionQueue, hold_inspections, inspect, inspect_from, inspection_queue, re_evaluate, resume_inspections,
+    wait_for_job,
 };
 pub use jobs::{cancel_job, start_job};
 pub use manual::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};

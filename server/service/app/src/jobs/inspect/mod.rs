@@ -1,5 +1,5 @@
-//! Inspection of a part: scan, measurement according to the plan of the recipe, verdict; and re-evaluation of a stored
-//! scan.
+//! Inspection of a part on the station or of the frames of a capture: scan, measurement according to the plan of the
+//! recipe, verdict; and re-evaluation of a stored scan.
 
 mod re_evaluate;
 #[cfg(test)]
@@ -13,12 +13,12 @@ use store::{ResultRef, ScanRecord};
 
 use crate::jobs::plan::TIMING;
 use crate::jobs::progress::Phase;
-use crate::jobs::scan::at_station_measured;
-use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, ScanInput, StationContext};
+use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
+use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, RecordedFrames, ScanInput, StationContext};
 use crate::resources::calibrations::stored::stored_document;
-use crate::resources::inspections::{inspection_changes, judged, new_inspection};
+use crate::resources::inspections::{inspection_changes, judged, new_inspection, newly_violated};
 use crate::resources::recipes::{RecipeVersion, stored_version};
-use crate::resources::scan_run::{ScanPurpose, ScanSettings, ScanSource};
+use crate::resources::scan_run::{ScanPurpose, ScanSettings};
 use crate::resources::stored_scan::stored_cloud;
 
 pub use re_evaluate::run as re_evaluate;
@@ -29,23 +29,46 @@ const INSPECTION: &str = "inspection";
 
 /// Inspects a part. A job cancelled between scan and verdict keeps its scan.
 pub fn at_station(input: &InspectInput, ctx: &StationContext) -> Result<Done, JobEnd> {
-    let version = ctx.wait(stored_version(&ctx.catalogue, &input.recipe_id, input.recipe_version))?;
-    let mut measured = at_station_measured(&scan_of(&version.recipe.scan, &input.part.serial), ctx)?;
+    let version = version_of(input, ctx)?;
+    let measured = at_station_measured(&scan_of(&version.recipe.scan, input), ctx)?;
+    inspected(input, &version, measured, ctx.station.status().simulated.is_some(), ctx)
+}
+
+/// Inspects the part that the frames of a capture show, without the station. As it is recorded, the result counts as
+/// simulated.
+pub fn of_capture(input: &InspectInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<Done, JobEnd> {
+    let version = version_of(input, ctx)?;
+    let measured = of_capture_measured(&scan_of(&ScanSettings::default(), input), frames, ctx)?;
+    inspected(input, &version, measured, true, ctx)
+}
+
+fn version_of(input: &InspectInput, ctx: &ComputeContext) -> Result<RecipeVersion, JobEnd> {
+    Ok(ctx.wait(stored_version(&ctx.catalogue, &input.recipe_id, input.recipe_version))?)
+}
+
+/// Measures and judges the scan.
+fn inspected(
+    input: &InspectInput,
+    version: &RecipeVersion,
+    mut measured: Measured,
+    simulated: bool,
+    ctx: &ComputeContext,
+) -> Result<Done, JobEnd> {
     if ctx.cancel.is_cancelled() {
         return Err(JobEnd::CancelledAfter(Box::new(measured.done())));
     }
     let began = Instant::now();
     let scan = &measured.made.record;
-    let result = result_on(&version, scan, ctx)?;
-    let simulated = ctx.station.status().simulated.is_some();
-    let (record, body) = new_inspection(&input.part, &version, scan, &result, (&ctx.id, simulated));
+    let result = result_on(version, scan, ctx)?;
+    let (record, mut body) = new_inspection(&input.part, version, scan, &result, (&ctx.id, simulated));
+    body.violated_rules = ctx.wait(newly_violated(ctx.catalogue.read(), &record, &body))?;
     let timing = &mut measured.made.record.report[TIMING];
     timing["measuring_s"] = json!(began.elapsed().as_secs_f64());
     timing["n_measured"] = json!(version.recipe.plan.characteristics.len());
-    let message = message(&version, &result);
+    let message = message(version, &result);
     let id = record.id.clone();
     let mut done = measured.done_with(ResultRef { kind: INSPECTION.to_owned(), id }, Some(message));
-    done.changes.push(inspection_changes(record, &body));
+    done.changes.extend(inspection_changes(record, &body));
     Ok(done)
 }
 
@@ -63,10 +86,10 @@ fn message(version: &RecipeVersion, result: &PlanResult) -> String {
 }
 
 /// The scan of a part with the settings of a recipe and the active calibration.
-pub(crate) fn scan_of(settings: &ScanSettings, name: &str) -> ScanInput {
+pub(crate) fn scan_of(settings: &ScanSettings, input: &InspectInput) -> ScanInput {
     ScanInput {
-        source: ScanSource::Station,
-        name: Some(name.to_owned()),
+        source: input.source.clone(),
+        name: Some(input.part.serial.clone()),
         settings: settings.clone(),
         calibration_id: None,
         resume_scan_id: None,

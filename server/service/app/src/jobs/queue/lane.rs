@@ -80,7 +80,7 @@ mod tests {
     use store::JobState;
 
     use super::*;
-    use crate::jobs::{ExportInput, InspectInput, queued_record};
+    use crate::jobs::{ExportInput, InspectInput, ScanSource, queued_record};
     use crate::resources::inspections::InspectedPart;
 
     fn waiting(input: JobInput) -> Waiting {
@@ -93,7 +93,8 @@ mod tests {
     fn held_jobs_are_skipped_and_keep_their_order() {
         let part = |serial: &str| {
             let part = InspectedPart { serial: serial.into(), order: None, attributes: Default::default() };
-            waiting(JobInput::Inspection(InspectInput { recipe_id: "r".into(), recipe_version: 1, part }))
+            let source = ScanSource::Station;
+            waiting(JobInput::Inspection(InspectInput { recipe_id: "r".into(), recipe_version: 1, part, source }))
         };
         let other = || {
             waiting(JobInput::Export(ExportInput {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{Change, InspectionRecord, ScanRecord};
 
-use crate::events::{Event, InspectionFinished, event_record};
+use crate::events::{Event, InspectionFinished, RuleViolated, event, event_record};
 use crate::resources::inspections::{InspectedPart, InspectionBody};
 use crate::resources::recipes::RecipeVersion;
 use crate::resources::stored_scan::new_id;
@@ -51,20 +51,31 @@ pub fn new_inspection(
         calibration_id: scan.calibration_id.clone(),
         simulated,
         attributes: part.attributes.clone(),
+        outputs: version.recipe.outputs.clone(),
         result: plan_json(result),
         changed: Vec::new(),
+        violated_rules: Vec::new(),
     };
     (record, body)
 }
 
-/// The change that stores an inspection with its event.
-pub fn inspection_changes(record: InspectionRecord, body: &InspectionBody) -> Change {
+/// The changes that store an inspection with its events.
+pub fn inspection_changes(record: InspectionRecord, body: &InspectionBody) -> Vec<Change> {
     let record = InspectionRecord { body: json!(body), ..record };
+    let recipe = format!("{}@{}", record.recipe_id, record.recipe_version);
+    let violated = body.violated_rules.iter().map(|violated| RuleViolated {
+        recipe: recipe.clone(),
+        serial: record.serial.clone(),
+        violated: violated.clone(),
+        outputs: body.outputs.clone(),
+    });
+    let announced: Vec<Change> =
+        violated.map(|violated| event(&record.id, Event::ControlChartRuleViolated(violated))).collect();
     let finished = InspectionFinished {
         seq: 0,
         serial: record.serial.clone(),
         order: record.order_number.clone(),
-        recipe: format!("{}@{}", record.recipe_id, record.recipe_version),
+        recipe,
         recipe_number: body.recipe_number,
         recipe_digest: body.recipe_digest.clone(),
         verdict: record.verdict.clone(),
@@ -72,9 +83,10 @@ pub fn inspection_changes(record: InspectionRecord, body: &InspectionBody) -> Ch
         calibration_id: body.calibration_id.clone(),
         simulated: body.simulated,
         re_evaluated_from: record.re_evaluated_from.clone(),
+        outputs: body.outputs.clone(),
     };
     let event = event_record(&record.id, Event::InspectionFinished(finished));
-    Change::InsertInspection { inspection: record, event }
+    std::iter::once(Change::InsertInspection { inspection: record, event }).chain(announced).collect()
 }
 
 /// The characteristics whose verdict differs between two results as stored.

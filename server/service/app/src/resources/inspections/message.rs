@@ -107,6 +107,11 @@ impl CharacteristicMessage {
         let nominal = self.nominal.unwrap_or(0.0);
         (self.lower.map(|lower| nominal + lower), self.upper.map(|upper| nominal + upper))
     }
+
+    /// The value as a point of a control chart: a gap if it was not measured or is invalid.
+    pub fn charted(&self) -> Option<f64> {
+        self.value.filter(|_| self.verdict.as_deref() != Some("invalid"))
+    }
 }
 
 impl TryFrom<InspectionRecord> for InspectionMessage {

@@ -6,8 +6,9 @@ mod export;
 mod finished;
 mod judged;
 mod message;
+mod run_rules;
 #[cfg(test)]
-mod sample;
+pub(crate) mod sample;
 mod sheet;
 
 pub use csv::table as csv_table;
@@ -16,12 +17,15 @@ pub use export::{ExportPage, export_csv};
 pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
 pub use judged::judged;
 pub use message::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};
+pub use run_rules::newly_violated;
 pub use sheet::{ReportFormat, inspection_report};
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+use crate::events::ViolatedRule;
 
 /// The inspected part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,9 +55,15 @@ pub struct InspectionBody {
     /// Attributes of the part.
     #[serde(default)]
     pub attributes: BTreeMap<String, String>,
+    /// Names of the doors that receive it, as in the recipe; `None`: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outputs: Option<Vec<String>>,
     /// The results, as `sheaf measure --plan --json` prints them.
     pub result: Value,
     /// Differences from the re-evaluated inspection.
     #[serde(default)]
     pub changed: Vec<VerdictChange>,
+    /// Run rules that it was the first to violate.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub violated_rules: Vec<ViolatedRule>,
 }

@@ -83,6 +83,9 @@ impl Recipe {
                 return Err(refused(place, "an attribute is a text, a number, true or false", "give one of them"));
             }
         }
+        for (idx, door) in self.outputs.iter().flatten().enumerate() {
+            label(door, &format!("/recipe/outputs/{idx}"))?;
+        }
         check_attributes(self.attributes.iter(), "/recipe/attributes")
     }
 }

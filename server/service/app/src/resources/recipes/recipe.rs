@@ -23,6 +23,9 @@ pub struct Recipe {
     pub scan: ScanSettings,
     /// What is measured, and within which limits.
     pub plan: Plan,
+    /// Names of the doors that receive its results; `None`: every door that delivers inspections.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outputs: Option<Vec<String>>,
     /// Passed on unchanged to other systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub attributes: BTreeMap<String, String>,

@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 /// Source of the frames of a scan.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ScanSource {
     /// The station itself.
+    #[default]
     Station,
     /// A scan of a capture.
     Capture {
@@ -15,6 +16,16 @@ pub enum ScanSource {
         /// Name of the scan in the capture; `None`: the only one.
         scan: Option<String>,
     },
+}
+
+impl ScanSource {
+    /// `station` or `capture`.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Self::Station => "station",
+            Self::Capture { .. } => "capture",
+        }
+    }
 }
 
 /// Motion of the stage during a scan.

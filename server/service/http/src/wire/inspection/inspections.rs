@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use app::events::ViolatedRule;
 use app::inspections::{InspectionBody, VerdictChange};
 use app::use_cases::InspectionQueue;
 use metrology::PartVerdict;
@@ -83,6 +84,8 @@ pub struct InspectionDto {
     pub re_evaluated_from: Option<String>,
     /// The verdicts that differ from that inspection.
     pub changed: Vec<VerdictChangeDto>,
+    /// Run rules that it was the first to violate; each is also an event.
+    pub violated_rules: Vec<ViolatedRule>,
     /// Attributes of the part.
     pub attributes: BTreeMap<String, String>,
     /// The job that made it.
@@ -136,6 +139,7 @@ impl TryFrom<InspectionRecord> for InspectionDto {
             simulated: body.simulated,
             re_evaluated_from: record.re_evaluated_from,
             changed: body.changed.into_iter().map(VerdictChangeDto::from).collect(),
+            violated_rules: body.violated_rules,
             attributes: body.attributes,
             job_id: record.job_id,
             created_at_ms: record.created_at_ms,

@@ -9,6 +9,7 @@ use utoipa::{IntoParams, ToSchema};
 
 use crate::problem::{Problem, ProblemKind};
 use crate::wire::measurement::measurements::VerdictDto;
+use crate::wire::scan::scans::ScanSourceDto;
 
 /// Reference to a recipe: `bracket` (its newest version), `bracket@7`, or its number.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
@@ -52,6 +53,9 @@ pub struct InspectDto {
     /// Passed on unchanged to other systems.
     #[serde(default)]
     pub attributes: BTreeMap<String, String>,
+    /// Source of the frames; default: the station. Of a capture, the `scan` settings of the recipe are not used, the station is
+    /// not needed, and the result is marked as simulated.
+    pub source: Option<ScanSourceDto>,
 }
 
 impl InspectDto {
@@ -61,13 +65,16 @@ impl InspectDto {
     }
 }
 
-/// Request to re-evaluate the scan of an inspection with another version of a recipe.
+/// Request to re-evaluate the scan of an inspection with another version of a recipe or another calibration.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "recipe": "bracket@8" }))]
 pub struct ReEvaluateDto {
     /// The recipe; default: the newest version of the recipe of the inspection.
     pub recipe: Option<RecipeRefDto>,
+    /// The calibration; default: that of the scan. With another one, the points are triangulated again from the centrelines
+    /// that the scan keeps; the result refers to a new scan.
+    pub calibration_id: Option<String>,
 }
 
 /// Request to hold the queue of inspections.

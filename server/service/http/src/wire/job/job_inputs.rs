@@ -34,7 +34,7 @@ pub enum JobInputDto {
     Export(ExportJobDto),
     /// Inspect a part.
     Inspection(InspectionJobDto),
-    /// Re-evaluate the scan of an inspection with another version of a recipe.
+    /// Re-evaluate the scan of an inspection with another version of a recipe or another calibration.
     ReEvaluation(ReEvaluationJobDto),
 }
 
@@ -51,9 +51,11 @@ pub struct InspectionJobDto {
     pub order: Option<String>,
     /// Passed on unchanged to other systems.
     pub attributes: BTreeMap<String, String>,
+    /// Source of the frames.
+    pub source: ScanSourceDto,
 }
 
-/// Re-evaluate the scan of an inspection with another version of a recipe.
+/// Re-evaluate the scan of an inspection with another version of a recipe or another calibration.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ReEvaluationJobDto {
     /// The inspection.
@@ -62,6 +64,8 @@ pub struct ReEvaluationJobDto {
     pub recipe_id: String,
     /// Its version.
     pub recipe_version: i64,
+    /// The calibration; absent: that of the scan.
+    pub calibration_id: Option<String>,
 }
 
 /// Calibrate camera, light and stage.
@@ -134,12 +138,14 @@ impl TryFrom<JobInput> for JobInputDto {
             }
             JobInput::Verification(input) => Self::Verification(input.try_into()?),
             JobInput::Export(input) => Self::Export(input.try_into()?),
-            JobInput::Inspection(InspectInput { recipe_id, recipe_version, part }) => {
+            JobInput::Inspection(InspectInput { recipe_id, recipe_version, part, source }) => {
                 let InspectedPart { serial, order, attributes } = part;
-                Self::Inspection(InspectionJobDto { recipe_id, recipe_version, serial, order, attributes })
+                let source = source.into();
+                Self::Inspection(InspectionJobDto { recipe_id, recipe_version, serial, order, attributes, source })
             }
-            JobInput::ReEvaluation(ReEvaluateInput { inspection_id, recipe_id, recipe_version }) => {
-                Self::ReEvaluation(ReEvaluationJobDto { inspection_id, recipe_id, recipe_version })
+            JobInput::ReEvaluation(input) => {
+                let ReEvaluateInput { inspection_id, recipe_id, recipe_version, calibration_id } = input;
+                Self::ReEvaluation(ReEvaluationJobDto { inspection_id, recipe_id, recipe_version, calibration_id })
             }
         })
     }
@@ -264,8 +270,9 @@ mod tests {
             json!({ "kind": "recomputation", "scan_id": "s", "calibration_id": null }),
             json!({ "kind": "export", "scan_id": "s", "what": "mesh", "format": "stl" }),
             json!({ "kind": "inspection", "recipe_id": "bracket", "recipe_version": 7, "serial": "S1", "order": "4711",
-                "attributes": { "line": "2" } }),
-            json!({ "kind": "re_evaluation", "inspection_id": "i", "recipe_id": "bracket", "recipe_version": 8 }),
+                "attributes": { "line": "2" }, "source": { "kind": "capture", "capture_id": "c", "scan": null } }),
+            json!({ "kind": "re_evaluation", "inspection_id": "i", "recipe_id": "bracket", "recipe_version": 8,
+                "calibration_id": "k" }),
         ];
         for stored in stored {
             let input: JobInput = serde_json::from_value(stored.clone()).unwrap();

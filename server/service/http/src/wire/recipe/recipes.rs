@@ -29,6 +29,10 @@ pub struct RecipeDto {
     pub scan: ScanSettingsDto,
     /// What is measured, and within which limits.
     pub plan: PlanDto,
+    /// Names of the doors that receive its results; default: every door that delivers inspections.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!(["mes"]))]
+    pub outputs: Option<Vec<String>>,
     /// Passed on unchanged to other systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schema(required = false)]
@@ -162,15 +166,15 @@ pub fn version_href(id: &str, version: i64) -> String {
 
 impl From<RecipeDto> for Recipe {
     fn from(dto: RecipeDto) -> Self {
-        let RecipeDto { name, number, serial_pattern, scan, plan, attributes } = dto;
-        Self { name, number, serial_pattern, scan: scan.into(), plan: plan.0, attributes }
+        let RecipeDto { name, number, serial_pattern, scan, plan, outputs, attributes } = dto;
+        Self { name, number, serial_pattern, scan: scan.into(), plan: plan.0, outputs, attributes }
     }
 }
 
 impl From<Recipe> for RecipeDto {
     fn from(recipe: Recipe) -> Self {
-        let Recipe { name, number, serial_pattern, scan, plan, attributes } = recipe;
-        Self { name, number, serial_pattern, scan: scan.into(), plan: PlanDto(plan), attributes }
+        let Recipe { name, number, serial_pattern, scan, plan, outputs, attributes } = recipe;
+        Self { name, number, serial_pattern, scan: scan.into(), plan: PlanDto(plan), outputs, attributes }
     }
 }
 

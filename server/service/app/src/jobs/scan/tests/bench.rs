@@ -1,6 +1,7 @@
 //! A small simulated station with a store, and jobs run on the calling thread.
 
 use parking_lot::Mutex;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -227,6 +228,12 @@ impl Bench {
 
     pub fn bytes(&self, id: &store::ArtifactId) -> Vec<u8> {
         self.runtime.block_on(self.store.artifacts.read(id)).unwrap()
+    }
+
+    /// The file of an artifact.
+    pub fn file_of(&self, id: &store::ArtifactId) -> PathBuf {
+        let id = id.as_str();
+        self.folder.path().join("data/artifacts").join(&id[..2]).join(&id[2..4]).join(id)
     }
 
     pub fn cloud(&self, record: &ScanRecord) -> Vec<u8> {

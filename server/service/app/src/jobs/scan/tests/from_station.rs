@@ -94,8 +94,7 @@ fn a_frame_of_a_stored_scan_is_found_without_the_others_and_a_damaged_one_is_nam
     let frame = |idx| bench.runtime.block_on(stored_frame(artifacts, &scan, idx));
     assert_eq!(frame(5).unwrap().unwrap(), (whole.frames[5].clone(), whole.captured_at_ns[5]));
     assert_eq!(frame(9).unwrap().unwrap_err(), 9);
-    let id = scan.peaks.as_str();
-    let path = bench.folder.path().join("data/artifacts").join(&id[..2]).join(&id[2..4]).join(id);
+    let path = bench.file_of(&scan.peaks);
     let mut bytes = std::fs::read(&path).unwrap();
     bytes[200] ^= 1;
     std::fs::write(&path, bytes).unwrap();

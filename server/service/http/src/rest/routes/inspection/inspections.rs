@@ -32,6 +32,7 @@ use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
 use app::App;
 use app::inspections::{ReportFormat, export_csv, inspection_report};
+use app::jobs::ScanSource;
 use app::recipes::RecipeRef;
 use app::use_cases;
 
@@ -143,8 +144,8 @@ async fn export_inspections(
     Ok(bytes("text/csv; charset=utf-8", Some("inspections.csv"), Body::from_stream(whole)))
 }
 
-/// Inspects a part: scans it, measures it according to a recipe, and decides its verdict. With `wait_s` the response is the inspection if it is
-/// finished within that time, or the problem if the job fails.
+/// Inspects a part: scans it, or takes the frames of a capture, measures it according to a recipe, and decides its verdict. With `wait_s` the
+/// response is the inspection if it is finished within that time, or the problem if the job fails.
 #[utoipa::path(
     post, path = "/inspections", tag = "inspections", request_body = InspectDto, params(WaitQuery),
     responses(
@@ -165,7 +166,8 @@ async fn start_inspection(
         Begun::Fresh(once) => {
             let recipe = body.value.recipe.clone().map(RecipeRef::try_from).transpose()?;
             let and = |record: &store::JobRecord| once.changes(&accepted(record));
-            accepted(&use_cases::inspect(&app, &by, recipe, body.value.part(), and).await?)
+            let source = body.value.source.clone().map(ScanSource::from).unwrap_or_default();
+            accepted(&use_cases::inspect_from(&app, &by, source, recipe, body.value.part(), and).await?)
         }
     };
     waited(&app, reply, wait).await
@@ -203,8 +205,8 @@ async fn get_inspection_report(
     Ok(response)
 }
 
-/// Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and
-/// lists the verdicts that changed; this one is not changed.
+/// Re-evaluates the scan of an inspection with another version of a recipe or another calibration. The result is a new inspection that
+/// refers to this one and lists the verdicts that changed; this one is not changed.
 #[utoipa::path(
     post, path = "/inspections/{id}/re-evaluate", tag = "inspections", request_body = ReEvaluateDto,
     params(("id" = String, Path), WaitQuery),
@@ -228,7 +230,7 @@ async fn re_evaluate_inspection(
         Begun::Fresh(once) => {
             let recipe = body.value.recipe.map(RecipeRef::try_from).transpose()?;
             let and = |record: &store::JobRecord| once.changes(&accepted(record));
-            accepted(&use_cases::re_evaluate(&app, &by, &id, recipe, and).await?)
+            accepted(&use_cases::re_evaluate(&app, &by, &id, recipe, body.value.calibration_id, and).await?)
         }
     };
     waited(&app, reply, wait).await

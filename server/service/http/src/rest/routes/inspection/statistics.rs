@@ -12,10 +12,7 @@ use crate::problem::{Problem, ProblemKind};
 use crate::rest::extract::{ApiPath, ApiQuery};
 use crate::wire::statistics::{ControlChartDto, GaugeRrDto, SeriesQuery, Type1StudyDto};
 use app::App;
-use app::statistics::{Series, SeriesRequest, series};
-
-/// Values of a series without `limit`: enough for a process capability study (125 in five months of a production line).
-const DEFAULT_VALUES: u32 = 125;
+use app::statistics::{CHART_VALUES, Series, SeriesRequest, series};
 
 /// Most values of a series.
 const MOST_VALUES: u32 = 5000;
@@ -89,7 +86,7 @@ async fn selected(
     (recipe_id, characteristic): (String, String),
     query: &SeriesQuery,
 ) -> Result<Series, Problem> {
-    let limit = query.limit.unwrap_or(DEFAULT_VALUES);
+    let limit = query.limit.unwrap_or(CHART_VALUES);
     if !(1..=MOST_VALUES).contains(&limit) {
         return Err(Problem::new(ProblemKind::BadRequest, format!("a series of {limit} values is not possible"))
             .at("query/limit")
