@@ -4,6 +4,7 @@
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
 //! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
 
+pub mod acceptance;
 mod cad;
 mod evaluation;
 mod fitting;

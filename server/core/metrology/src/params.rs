@@ -232,3 +232,22 @@ pub const N_WORST_DEVIATIONS: usize = 10;
 
 /// Smallest distance between listed worst deviations, in cells.
 pub const WORST_DEVIATION_CELLS: f64 = 6.0;
+
+/// Largest fraction of an artefact's points that an acceptance test may leave out (VDI/VDE 2634: 3 ‰).
+pub const REJECTED_FRACTION: f64 = 0.003;
+
+/// Fraction of an artefact's points in the band of D95 (ISO 10360-13).
+pub const DISPERSION_FRACTION: f64 = 0.95;
+
+/// Temperature at which calibrated lengths apply, °C (ISO 1).
+pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
+
+/// Expanded uncertainty of the temperature of an artefact (k = 2), K: a contact thermometer, and an artefact that has not
+/// fully taken the temperature of the room.
+pub const THERMOMETER_UNCERTAINTY_K: f64 = 0.5;
+
+/// Expanded relative uncertainty of a coefficient of thermal expansion (k = 2): a material from a data sheet.
+pub const EXPANSION_UNCERTAINTY_RELATIVE: f64 = 0.1;
+
+/// Points of repeated scans correspond if they are at most this far apart along their line, px: half the spacing of the points.
+pub const SAME_PLACE_PX: f32 = 0.5;

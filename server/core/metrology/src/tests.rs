@@ -1,5 +1,6 @@
 //! Values compared with known truth. Not covered: errors of real centrelines at edges and on shiny metal.
 
+mod acceptance;
 mod cad;
 mod coverage;
 mod document;

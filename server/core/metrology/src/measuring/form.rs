@@ -39,9 +39,9 @@ pub(crate) struct Flatness {
 }
 
 /// Points with equal weight.
-struct EqualWeights<'a> {
-    samples: &'a Samples<'a>,
-    indices: &'a [u32],
+pub(crate) struct EqualWeights<'a> {
+    pub(crate) samples: &'a Samples<'a>,
+    pub(crate) indices: &'a [u32],
 }
 
 impl Points for EqualWeights<'_> {
