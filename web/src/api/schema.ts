@@ -777,8 +777,8 @@ export interface paths {
         get: operations["list_inspections"];
         put?: never;
         /**
-         * Inspects a part: scans it, measures it according to a recipe, and decides its verdict. With `wait_s` the response is the inspection if it is
-         *     finished within that time, or the problem if the job fails.
+         * Inspects a part: scans it, or takes the frames of a capture, measures it according to a recipe, and decides its verdict. With `wait_s` the
+         *     response is the inspection if it is finished within that time, or the problem if the job fails.
          */
         post: operations["start_inspection"];
         delete?: never;
@@ -834,8 +834,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and
-         *     lists the verdicts that changed; this one is not changed.
+         * Re-evaluates the scan of an inspection with another version of a recipe or another calibration. The result is a new inspection that
+         *     refers to this one and lists the verdicts that changed; this one is not changed.
          */
         post: operations["re_evaluate_inspection"];
         delete?: never;
@@ -3327,6 +3327,11 @@ export interface components {
             /** @enum {string} */
             kind: "inspection.finished";
         } | {
+            /** @description An inspection was the first to violate a run rule of a control chart. */
+            body: components["schemas"]["RuleViolated"];
+            /** @enum {string} */
+            kind: "control_chart.rule_violated";
+        } | {
             /** @description The inspection queue was held: no further inspection starts. */
             body: components["schemas"]["InspectionsHeld"];
             /** @enum {string} */
@@ -3827,6 +3832,7 @@ export interface components {
             recipe?: components["schemas"]["RecipeRefDto"] | null;
             /** @description Serial number of the part. */
             serial: string;
+            source?: components["schemas"]["ScanSourceDto"] | null;
         };
         /** @description The version of a recipe used for an inspection. */
         InspectedByDto: {
@@ -3898,6 +3904,8 @@ export interface components {
             simulated: boolean;
             /** @description The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. Accept only `ok`. */
             verdict: components["schemas"]["VerdictDto"];
+            /** @description Run rules that it was the first to violate; each is also an event. */
+            violated_rules: components["schemas"]["ViolatedRule"][];
         };
         /** @description A part that was inspected. */
         InspectionFinished: {
@@ -3905,6 +3913,8 @@ export interface components {
             calibration_id: string;
             /** @description The order it was made for. */
             order?: string | null;
+            /** @description Names of the doors that receive it; absent: all. */
+            outputs?: string[] | null;
             /** @description The inspection that this one re-evaluates. */
             re_evaluated_from?: string | null;
             /** @description Recipe and version: `bracket@7`. */
@@ -3947,6 +3957,8 @@ export interface components {
             recipe_version: number;
             /** @description Serial number of the part. */
             serial: string;
+            /** @description Source of the frames. */
+            source: components["schemas"]["ScanSourceDto"];
         };
         /** @description An inspection of a part with all its characteristics. */
         InspectionMessage: {
@@ -4531,6 +4543,8 @@ export interface components {
                 simulated: boolean;
                 /** @description The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. Accept only `ok`. */
                 verdict: components["schemas"]["VerdictDto"];
+                /** @description Run rules that it was the first to violate; each is also an event. */
+                violated_rules: components["schemas"]["ViolatedRule"][];
             }[];
             /** @description URL of the next page; absent on the last page. */
             next?: string | null;
@@ -5845,16 +5859,23 @@ export interface components {
             min: number;
         };
         /**
-         * @description Request to re-evaluate the scan of an inspection with another version of a recipe.
+         * @description Request to re-evaluate the scan of an inspection with another version of a recipe or another calibration.
          * @example {
          *       "recipe": "bracket@8"
          *     }
          */
         ReEvaluateDto: {
+            /**
+             * @description The calibration; default: that of the scan. With another one, the points are triangulated again from the centrelines
+             *     that the scan keeps; the result refers to a new scan.
+             */
+            calibration_id?: string | null;
             recipe?: components["schemas"]["RecipeRefDto"] | null;
         };
-        /** @description Re-evaluate the scan of an inspection with another version of a recipe. */
+        /** @description Re-evaluate the scan of an inspection with another version of a recipe or another calibration. */
         ReEvaluationJobDto: {
+            /** @description The calibration; absent: that of the scan. */
+            calibration_id?: string | null;
             /** @description The inspection. */
             inspection_id: string;
             /** @description The recipe. */
@@ -5932,6 +5953,13 @@ export interface components {
              * @description Number by which a PLC selects it; unique among recipes in use.
              */
             number?: number | null;
+            /**
+             * @description Names of the doors that receive its results; default: every door that delivers inspections.
+             * @example [
+             *       "mes"
+             *     ]
+             */
+            outputs?: string[] | null;
             /** @description What is measured, and within which limits. */
             plan: components["schemas"]["Plan"];
             /** @description How the part is scanned. */
@@ -6315,6 +6343,15 @@ export interface components {
          * @enum {string}
          */
         RotaryKindDto: "rotary";
+        /** @description A violated run rule of a control chart. */
+        RuleViolated: components["schemas"]["ViolatedRule"] & {
+            /** @description Names of the doors that receive it; absent: all. */
+            outputs?: string[] | null;
+            /** @description Recipe and version: `bracket@7`. */
+            recipe: string;
+            /** @description Serial number of the part. */
+            serial: string;
+        };
         /** @description A scan that was stored. */
         ScanCreated: {
             /**
@@ -7799,6 +7836,37 @@ export interface components {
              * @description RMS reprojection error of its corners.
              */
             rms_px: number;
+        };
+        /** @description A run rule that an inspection was the first to violate. */
+        ViolatedRule: {
+            /**
+             * Format: double
+             * @description Centre line of the chart then, in `unit`.
+             */
+            centre: number;
+            /** @description Id of the characteristic in the plan. */
+            characteristic: string;
+            /** @description The inspection of the first point of the pattern. */
+            first_inspection_id: string;
+            /** @description Number of points of the pattern so far. */
+            n_points: number;
+            /**
+             * Format: int32
+             * @description Number of the rule (Nelson 1 to 8).
+             */
+            rule: number;
+            /**
+             * Format: double
+             * @description σ within then, from the moving ranges, in `unit`.
+             */
+            sigma: number;
+            /** @description `mm` or `°`. */
+            unit: string;
+            /**
+             * Format: double
+             * @description The value that completed it, in `unit`.
+             */
+            value: number;
         };
         /** @description A violation of a run rule. */
         ViolationDto: {

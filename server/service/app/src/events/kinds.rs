@@ -92,8 +92,7 @@ pub enum Event {
     /// A part was inspected; the event is stored together with the inspection.
     #[serde(rename = "inspection.finished")]
     InspectionFinished(InspectionFinished),
-    /// An inspection was the first to violate a run rule of the control chart of a characteristic; the subject is the
-    /// inspection.
+    /// An inspection was the first to violate a run rule of a control chart.
     #[serde(rename = "control_chart.rule_violated")]
     ControlChartRuleViolated(RuleViolated),
     /// The inspection queue was held: no further inspection starts.
