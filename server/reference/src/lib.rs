@@ -36,6 +36,17 @@ pub fn python() -> Option<PathBuf> {
     python
 }
 
+/// The `node_modules` given by `SHEAF_TEST_NODE_MODULES`, with the packages of `server/cli/tests/package.json`.
+///
+/// Returns `None` if it is not set: the calling test is then recorded as not run and must return.
+pub fn node_modules() -> Option<PathBuf> {
+    let folder = std::env::var_os("SHEAF_TEST_NODE_MODULES").map(PathBuf::from);
+    if folder.is_none() {
+        not_run("SHEAF_TEST_NODE_MODULES is not set; cargo xtask test sets it");
+    }
+    folder
+}
+
 /// Whether `program` is on the path.
 ///
 /// Returns `false` where it is not: the calling test is then noted as not run, with the Debian package that holds it, and

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::docker_check::{docker_check, ensure_station_base};
 use crate::linted::{as_linted, document, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::steps::{debug_program, is_root};
-use crate::tools::{GENICAM, ensure_broker, ensure_genicam, ensure_python};
+use crate::tools::{GENICAM, ensure_broker, ensure_genicam, ensure_node_modules, ensure_python};
 use crate::unchanged::{Executables, record};
 
 /// Slots of a processor that `.config/nextest.toml` divides among tests.
@@ -25,7 +25,7 @@ pub fn test() -> Outcome {
     ensure_component("clippy", "clippy")?;
     run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
     let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
-    let (mut not_run, mut python) = (BTreeSet::new(), None);
+    let (mut not_run, mut installed) = (BTreeSet::new(), Vec::new());
     let features = features(&mut not_run);
     let stand_in = stand_in()?;
     let compile = || {
@@ -42,11 +42,18 @@ pub fn test() -> Outcome {
         if with_root {
             ensure_station_base()?;
         }
-        python = ensure_python().inspect_err(|error| say(&format!("── no Python for the tests: {error}"))).ok();
+        for (variable, path) in
+            [("SHEAF_TEST_PYTHON", ensure_python()), ("SHEAF_TEST_NODE_MODULES", ensure_node_modules())]
+        {
+            match path {
+                Ok(path) => installed.push((variable, path)),
+                Err(error) => say(&format!("── no {variable} for the tests: {error}")),
+            }
+        }
         check_page()
     };
     side_by_side(compile, beside)?;
-    let closing = run_tests(nextest, features, python.as_deref(), &mut not_run)?;
+    let closing = run_tests(nextest, features, &installed, &mut not_run)?;
     test_in_browser(&debug_program())?;
     if with_root {
         docker_check(Some(&debug_program()))?;
@@ -76,13 +83,13 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
 fn run_tests(
     nextest: bool,
     features: &[&str],
-    python: Option<&Path>,
+    installed: &[(&str, PathBuf)],
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
     let recorded = record_file()?;
     let tests = |mut command: Command| {
         command.args(features).args(["--no-fail-fast", "--color", "never"]).env("SHEAF_TEST_NOT_RUN", &recorded);
-        command.envs(python.map(|python| ("SHEAF_TEST_PYTHON", python)));
+        command.envs(installed.iter().map(|(variable, path)| (variable, path)));
         run_and_quote(command)
     };
     let executables = if nextest { Executables::built(features).ok() } else { None };

@@ -63,7 +63,8 @@ fn ensure_packages(web: &Path) -> Outcome {
     Ok(())
 }
 
-fn npm(web: &Path) -> Command {
+/// In this folder.
+pub fn npm(web: &Path) -> Command {
     let mut command = Command::new("npm");
     command.current_dir(web);
     command

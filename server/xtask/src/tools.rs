@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::command::{Outcome, run, say, succeeds, target_folder, workspace};
+use crate::page::npm;
 
 /// A separate Python environment with the packages of `server/cli/tests/requirements.txt`.
 pub fn ensure_python() -> Outcome<PathBuf> {
@@ -25,6 +26,32 @@ pub fn ensure_python() -> Outcome<PathBuf> {
     run("pip", pip.args(["-m", "pip", "install", "--quiet", "--requirement"]).arg(&requirements))?;
     std::fs::write(stamp, wanted)?;
     Ok(python)
+}
+
+/// The `node_modules` of the packages in `server/cli/tests/package.json`, in the versions of its lock file.
+pub fn ensure_node_modules() -> Outcome<PathBuf> {
+    let (sources, folder) = (workspace().join("server/cli/tests"), target_folder().join("node"));
+    let files = ["package.json", "package-lock.json"];
+    let wanted = files.map(|name| std::fs::read(sources.join(name)));
+    let is_present = files.iter().zip(&wanted).all(|(name, wanted)| {
+        wanted
+            .as_ref()
+            .is_ok_and(|wanted| std::fs::read(folder.join(name)).is_ok_and(|present| present == *wanted))
+    });
+    let modules = folder.join("node_modules");
+    if is_present && modules.is_dir() {
+        return Ok(modules);
+    }
+    std::fs::create_dir_all(&folder)?;
+    for (name, wanted) in files.iter().zip(wanted) {
+        std::fs::write(folder.join(name), wanted?)?;
+    }
+    let installed = run("npm", npm(&folder).args(["ci", "--silent", "--no-audit", "--no-fund"]));
+    if installed.is_err() {
+        // Otherwise half of it would count as present.
+        std::fs::remove_dir_all(&folder)?;
+    }
+    installed.map(|()| modules)
 }
 
 /// Installs a program's Debian package unless the program exists.

@@ -140,6 +140,16 @@ impl Plant {
         Some(tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap())
     }
 
+    /// Runs the second client, as the user; `None` without its packages.
+    pub async fn second_client(&self, arguments: &[&str]) -> Option<Output> {
+        let modules = reference::node_modules()?;
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/client.cjs");
+        let mut command = Command::new("node");
+        command.arg(script).arg(format!("opc.tcp://{}", self.address)).arg(self.folder.path());
+        command.args(["mes", PASSWORD]).args(arguments).env("NODE_PATH", modules).stdin(Stdio::null());
+        Some(tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap())
+    }
+
     /// Runs the client as the user, with a trusted certificate.
     pub async fn user(&self, arguments: &[&str]) -> Option<Value> {
         Some(answer(&self.client(POLICY, "mes", PASSWORD, arguments).await?))

@@ -51,6 +51,32 @@ async fn a_client_starts_a_job_and_receives_its_result_four_times_alike() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_second_client_of_another_author_browses_starts_and_receives() {
+    let mut plant = Plant::new();
+    plant.start(plant.settings()).await;
+    let Some(refused) = plant.second_client(&["connect"]).await else { return };
+    assert!(!refused.status.success(), "an unknown client was let in");
+    assert_eq!(plant.trust_rejected(), 1, "{}", String::from_utf8_lossy(&refused.stderr));
+    let Some(output) = plant.second_client(&["inspect", "bracket", "S-1"]).await else { return };
+    let seen = answer(&output);
+    let has = |of: &str, name: &str| seen["browsed"][of].as_array().unwrap().contains(&json!(name));
+    for name in ["VisionStateMachine", "RecipeManagement", "ResultManagement"] {
+        assert!(has("system", name), "{name}: {seen:#}");
+    }
+    assert!(has("automatic", "StartSingleJob"), "{seen:#}");
+    assert_eq!(seen["started"], json!({ "status": "Good", "job_id": "job-1", "error": 0 }));
+    let expected = json!({
+        "id": "inspection-1", "serial": "S-1", "recipe": "bracket", "version": "7", "job_id": "job-1",
+        "verdict": "invalid", "ids": ["h", "w"], "units": ["mm", "mm"], "values": [8.912, null],
+        "expanded_uncertainties": [0.01, null], "verdicts": ["ok", "invalid"],
+        "lower_limits": [8.85, 8.85], "upper_limits": [null, null],
+    });
+    for way in ["event", "latest"] {
+        assert_eq!(seen[way], expected, "{way}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_fault_is_reported_with_its_remedy_and_so_is_its_end() {
     let mut plant = Plant::new();
     plant.start(plant.settings()).await;
