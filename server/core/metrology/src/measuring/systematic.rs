@@ -29,7 +29,7 @@ pub(crate) struct Pixel {
     pixel: Vector2<f64>,
     pub(crate) ray: Vector3<f64>,
     phi_rad: f64,
-    /// Unit normal of the light sheet there.
+    /// Unit normal of the light sheet there, part frame.
     pub(crate) sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
@@ -300,13 +300,14 @@ fn pixel(
         None => StagePosition::LinearMm(position_along(calibration, &carried)),
     };
     let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
+    let motion = calibration.stage.and_then(|stage| stage.motion(position));
     Some(Pixel {
         sample_idx,
         order: point.order,
         pixel,
         ray: sample.ray,
         phi_rad: hit.hit.phi_rad,
-        sheet_normal: hit.hit.normal,
+        sheet_normal: motion.map_or(hit.hit.normal, |motion| motion.part_direction(&hit.hit.normal)),
         carried,
         position,
         mismatch_mm: mismatch_mm(calibration, &hit.hit_in_camera, &carried, position),

@@ -12,6 +12,10 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use scanning::{Cloud, CloudPoint, StagePositions};
 
+use crate::fitting::features::Search;
+use crate::fitting::sample::Samples;
+use crate::measuring::find::find;
+use crate::measuring::systematic::Retriangulation;
 use crate::*;
 
 /// Radius of the cylinder, and the distance of its axis from the table's, mm.
@@ -181,4 +185,21 @@ fn an_uncertainty_without_the_axis_is_too_small() {
     let without = rms(&errors(SEEDS, true, exact));
     eprintln!("normalised RMS {without:.2} without the axis");
     assert!(!EXPECTED_RMS.contains(&without), "{without}");
+}
+
+#[test]
+fn the_sheet_at_a_point_turns_with_the_part() {
+    let (cloud, calibration) = scan(1, false);
+    let samples = Samples::from_cloud(&cloud, None, None);
+    let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(1) };
+    let features = find(&mut search, &MeasureRequest::new(Tool::Cylinder), &mut Vec::new()).unwrap();
+    let retriangulation = Retriangulation::new(&samples, &features, &calibration).unwrap();
+    let pixels = retriangulation.pixels(0);
+    assert!(pixels.len() > 1000, "{}", pixels.len());
+    for pixel in pixels {
+        // Both sheets contain the axis, at every angle.
+        let from_axis = retriangulation.part_position(&calibration, pixel).unwrap() - axis().point_mm;
+        let sine = pixel.sheet_normal.dot(&from_axis.normalize());
+        assert!(sine.abs() < 0.01, "{sine}");
+    }
 }

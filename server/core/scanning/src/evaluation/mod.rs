@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Vector2, Vector3};
 use optics::stage::{FrameUncertainty, StageUncertainty};
 use optics::{Calibration, Motion, Stage, StageAxis};
-use statistics::median;
+use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
 use crate::checks::decision::{Decision, PointFilter};
@@ -14,7 +14,7 @@ use crate::error::ScanError;
 use crate::input::frames::{in_order, lines_of};
 use crate::input::stage_positions::StagePositions;
 use crate::label::Labels;
-use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
+use crate::params::{FWHM_PER_SIGMA, MIN_THICKNESS_COSINE, THICKNESS_QUANTILE, THICKNESS_SAMPLES};
 use crate::points::cloud::CloudPoint;
 use crate::points::dropped::{DropReason, Dropped};
 use crate::points::envelope::depth_envelope;
@@ -159,8 +159,13 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// Median thickness of the light sheets (one σ, along their normals) from the line widths in the image.
-    /// `n_points`: of each frame.
+    /// Thickness of the light sheets (one σ, along their normals) from the line widths in the image. `n_points`: of each
+    /// frame.
+    ///
+    /// A width depends on the slope of the surface as well, which is unknown here. Points where the line runs obliquely
+    /// through the image, as on the top of a turntable, are left out if others remain: the slope along the line makes
+    /// the line narrower there. Of the rest the upper quartile is taken: surfaces that face the projector give narrow
+    /// lines and are seen more often than those that face away from it.
     fn line_sigma_mm(&self, n_points: &[usize]) -> Result<f64, ScanError> {
         let step = self.report.n_points.div_ceil(THICKNESS_SAMPLES).max(1);
         let firsts: Vec<usize> = n_points
@@ -172,21 +177,30 @@ impl<'a> Evaluation<'a> {
                 Some(skipped)
             })
             .collect();
-        let thicknesses = |frame: usize| -> Result<Vec<f64>, ScanError> {
+        let thicknesses = |frame: usize| -> Result<Vec<(bool, f64)>, ScanError> {
             if firsts[frame] >= n_points[frame] {
                 return Ok(Vec::new());
             }
             let profile = self.profiles.of(frame)?;
             let points = self.kept(&profile, frame);
             let sampled = points.iter().skip(firsts[frame]).step_by(step);
-            Ok(sampled.filter_map(|point| thickness_mm(point, self.profiles.calibration)).collect())
+            let thickness = |point: &ProfilePoint| {
+                let direction = self.profiles.labels.direction_of(point.order);
+                Some((runs_along(point, direction), thickness_mm(point, self.profiles.calibration)?))
+            };
+            Ok(sampled.filter_map(thickness).collect())
         };
-        let mut sigmas_mm: Vec<f64> = Vec::with_capacity(THICKNESS_SAMPLES);
+        let (mut along_mm, mut oblique_mm) = (Vec::with_capacity(THICKNESS_SAMPLES), Vec::new());
         in_order(n_points.len(), thicknesses, |of_frame| {
-            sigmas_mm.extend(of_frame);
+            for (runs_along, sigma_mm) in of_frame {
+                if runs_along { along_mm.push(sigma_mm) } else { oblique_mm.push(sigma_mm) }
+            }
             Ok::<(), ScanError>(())
         })?;
-        Ok(median(&mut sigmas_mm).unwrap_or(0.0))
+        let mut sigmas_mm = if along_mm.is_empty() { oblique_mm } else { along_mm };
+        sigmas_mm.sort_unstable_by(f64::total_cmp);
+        let rank = (THICKNESS_QUANTILE * sigmas_mm.len() as f64) as usize;
+        Ok(sigmas_mm.get(rank).copied().unwrap_or(0.0))
     }
 }
 
@@ -201,7 +215,16 @@ fn kept(profile: &Profile, decision: &Decision, labels: &Labels) -> Vec<ProfileP
     points
 }
 
-/// Thickness of the light sheet at a point, one σ along its normal.
+/// Whether the line runs along its direction in the image at a point.
+fn runs_along(point: &ProfilePoint, direction: LineDirection) -> bool {
+    let across = match direction {
+        LineDirection::Rows => point.centreline.normal[1],
+        LineDirection::Columns => point.centreline.normal[0],
+    };
+    across.abs() >= MIN_THICKNESS_COSINE
+}
+
+/// Thickness of the light sheet at a point, one σ along its normal, where the surface is perpendicular to the view.
 fn thickness_mm(point: &ProfilePoint, calibration: &Calibration) -> Option<f64> {
     let pixel = Vector2::new(point.centreline.u_px, point.centreline.v_px);
     let hit = calibration.triangulate(point.order, &pixel, None)?;
