@@ -12,6 +12,9 @@ import type { TeachState, Trial } from "./teach_state";
 /** Decimals of a proposed nominal value: drawings rarely state more. */
 const NOMINAL_DIGITS = 2;
 
+/** Found above the largest plane of the region. */
+const ON_TABLE = /^(sphere|cylinder)_/;
+
 export function ToolCard({ state }: { state: TeachState }) {
   const words = text.value.teach;
   const form = useForm();
@@ -47,6 +50,7 @@ export function ToolCard({ state }: { state: TeachState }) {
         )}
       </div>
       {!at_once && <p class="note">{words.not_at_once}</p>}
+      {state.result.view.region.value && ON_TABLE.test(taught) && <p class="muted">{words.with_table}</p>}
       {state.trial.value && <TrialFacts trial={state.trial.value} />}
       <div class="row end">
         <label class="field">

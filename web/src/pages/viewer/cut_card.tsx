@@ -1,7 +1,7 @@
 /** A cut through the cloud: position, thickness, the points in it as a plot, and the distance of two of them. */
 
 import { useSignal, useSignalEffect } from "@preact/signals";
-import { useEffect, useId, useRef } from "preact/hooks";
+import { useId, useLayoutEffect, useRef } from "preact/hooks";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { type CutProfile, distanceInCut } from "../../scene/cloud/cut";
@@ -116,7 +116,8 @@ function CutPlot({ state, shown }: { state: ViewState; shown: CutProfile }) {
   const pointed = useSignal<number | undefined>(undefined);
   const picked = useSignal<readonly number[]>([]);
   const pressed = useRef<{ x: number; y: number } | undefined>(undefined);
-  useEffect(() => {
+  // Before the browser handles the next key, which moves the cursor along the points.
+  useLayoutEffect(() => {
     if (!area.current) return;
     const made = new ProfilePlot(area.current, plotLabels(undefined), ALL_SHOWN, (idx) => {
       pointed.value = idx;
@@ -125,7 +126,7 @@ function CutPlot({ state, shown }: { state: ViewState; shown: CutProfile }) {
     plot.current = made;
     return () => made.dispose();
   }, [pointed]);
-  useEffect(() => {
+  useLayoutEffect(() => {
     plot.current?.show(shown.profile);
     plot.current?.setLabels(plotLabels(shown));
     plot.current?.mark(undefined);

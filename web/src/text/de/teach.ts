@@ -22,6 +22,8 @@ export const teach: typeof english = {
   characteristic: "Merkmal",
   region_set: "Das Werkzeug verwendet die Punkte des Bereichs.",
   region_none: "Ohne Bereich verwendet das Werkzeug alle Punkte.",
+  with_table:
+    "Etwas von der Fläche einschließen, auf der das Teil liegt: Punkte auf der größten Ebene des Bereichs bleiben bei der Suche außer Betracht.",
   tool: "Messgröße",
   tools: {
     sphere_diameter: "Kugel: Durchmesser",

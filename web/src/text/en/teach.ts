@@ -21,6 +21,8 @@ export const teach = {
   characteristic: "Characteristic",
   region_set: "The tool uses the points of the region.",
   region_none: "Without a region the tool uses all points.",
+  with_table:
+    "Include some of the surface on which it lies: points on the largest plane of the region are left out of the search.",
   tool: "What is measured",
   tools: {
     sphere_diameter: "Sphere: diameter",

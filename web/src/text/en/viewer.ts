@@ -25,7 +25,7 @@ export const viewer = {
   orthographic: "Parallel",
   parts: "Surface, region and cut",
   shading: "Shading",
-  dimensions: "Dimensions",
+  dimensions: "Size",
   z_up: "z up",
   region: "Region",
   cut: "Cut",
