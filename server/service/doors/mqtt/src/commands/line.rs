@@ -64,7 +64,7 @@ impl AppLine {
     async fn recipe(&self, inspect: &Inspect) -> Result<RecipeRef, AppError> {
         let version = found(&self.app.catalogue, inspect.recipe.as_ref(), &inspect.part.serial).await?;
         if !self.recipes.is_empty() && !self.recipes.contains(&version.id) {
-            return Err(AppError::new(ErrorKind::NotFound, format!("this door does not use {}", version.id))
+            return Err(AppError::new(ErrorKind::Impossible, format!("this door does not use {}", version.id))
                 .remedy("add the recipe to the setting recipes of the door")
                 .at("/recipe"));
         }

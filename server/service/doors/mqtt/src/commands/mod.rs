@@ -112,7 +112,8 @@ fn answer(answers: &mpsc::Sender<Message>, to: Option<Address>, id: &str, outcom
         Ok(more) => more,
         Err(error) => {
             tracing::info!(command = id, error = error.detail, cause = error.cause, "a command was refused");
-            json!({ "reason": error.kind, "detail": error.detail, "remedy": error.remedy })
+            let AppError { kind, detail, remedy, pointer, .. } = error;
+            json!({ "reason": kind, "detail": detail, "remedy": remedy, "pointer": pointer })
         }
     };
     if let (Some(body), Value::Object(more)) = (body.as_object_mut(), more) {

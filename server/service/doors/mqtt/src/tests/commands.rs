@@ -76,7 +76,7 @@ async fn commands_are_executed_and_answered_with_outcome_and_reason() {
     assert_eq!(answer(&broker, &inspect("c-1", "S1")), accepted);
     let refused = json!({
         "schema": "sheaf-answer/1", "id": "c-2", "accepted": false, "reason": "not_found",
-        "detail": "no recipe matches", "remedy": "name one",
+        "detail": "no recipe matches", "remedy": "name one", "pointer": null,
     });
     assert_eq!(answer(&broker, &inspect("c-2", UNKNOWN)), refused);
     for command in [
