@@ -10,7 +10,7 @@ use crate::error::StoreError;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
     IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
-    RecipeVersionRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    RecipeVersionRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord, StudyRecord,
 };
 
 /// Which calibration a change expects to be active.
@@ -121,6 +121,12 @@ pub enum Change {
     UpdateSession(SessionRecord),
     /// A session is deleted.
     DeleteSession(String),
+    /// A study is created.
+    InsertStudy(StudyRecord),
+    /// A study changes; refused with [`StoreError::Changed`] unless its version is `body.version − 1`.
+    UpdateStudy(StudyRecord),
+    /// A study is deleted.
+    DeleteStudy(String),
     /// Stores a value under a name; it replaces the previous one.
     PutSetting(SettingRecord),
     /// Appends an event; `seq` is assigned by the store.
@@ -175,6 +181,7 @@ impl Change {
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
                 | Self::DeleteSession(_)
+                | Self::DeleteStudy(_)
                 | Self::DeleteDelivery { .. }
                 | Self::PruneEndedJobs { .. }
                 | Self::PruneIdempotencyKeys { .. }
@@ -396,6 +403,11 @@ pub trait Catalogue: Send + Sync {
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError>;
     /// Sessions.
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError>;
+
+    /// A study.
+    async fn study(&self, id: &str) -> Result<StudyRecord, StoreError>;
+    /// Studies.
+    async fn studies(&self, page: &Page) -> Result<Listed<StudyRecord>, StoreError>;
 
     /// The setting of this name, if any.
     async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError>;

@@ -34,7 +34,7 @@ pub use records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
     IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
     RecipeVersionRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord,
-    SettingRecord,
+    SettingRecord, StudyRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

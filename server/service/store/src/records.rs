@@ -323,6 +323,21 @@ pub struct SessionRecord {
     pub changed_at_ms: i64,
 }
 
+/// A study of the station: an acceptance test, or a study of its capability as a measuring system.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StudyRecord {
+    /// UUID v7.
+    pub id: String,
+    /// Grows with every change.
+    pub version: i64,
+    /// Plan, and what was found so far.
+    pub body: Value,
+    /// When it was created.
+    pub created_at_ms: i64,
+    /// When it was last changed.
+    pub changed_at_ms: i64,
+}
+
 /// A setting: a named value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SettingRecord {

@@ -13,7 +13,7 @@ use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
 use crate::sqlite::tables::{
     calibrations, captures, doors, events, inspections, jobs, measurements, recipes, recordings, scans, sessions,
-    settings,
+    settings, studies,
 };
 use crate::sqlite::{error, named};
 
@@ -123,6 +123,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         }
         Change::InsertInspection { inspection, .. } => (seal::INSPECTIONS, &inspection.id),
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
+        Change::InsertStudy(study) | Change::UpdateStudy(study) => (seal::STUDIES, &study.id),
         Change::PutSetting(setting) => (seal::SETTINGS, &setting.name),
         Change::PutDoor(door) => (seal::DOORS, &door.name),
         Change::PutDelivery(delivery) => {
@@ -145,6 +146,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         Change::DeleteCalibration(_)
         | Change::DeleteRecording(_)
         | Change::DeleteSession(_)
+        | Change::DeleteStudy(_)
         | Change::DeleteDelivery { .. }
         | Change::Activate { .. }
         | Change::AppendEvent(_)
@@ -194,6 +196,9 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::InsertSession(session) => sessions::insert(to, &session).await?,
         Change::UpdateSession(session) => sessions::update(to, &session).await?,
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,
+        Change::InsertStudy(study) => studies::insert(to, &study).await?,
+        Change::UpdateStudy(study) => studies::update(to, &study).await?,
+        Change::DeleteStudy(id) => studies::delete(to, &id).await?,
         Change::PutSetting(setting) => settings::put(to, &setting).await?,
         Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
         Change::PruneEndedJobs { before_ms, keep_newest } => jobs::prune_ended(to, before_ms, keep_newest).await?,

@@ -21,6 +21,7 @@ pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
         (4, "recordings", include_str!("../../migrations/0004_recordings.sql")),
         (5, "recipes", include_str!("../../migrations/0005_recipes.sql")),
         (6, "doors", include_str!("../../migrations/0006_doors.sql")),
+        (7, "studies", include_str!("../../migrations/0007_studies.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
@@ -141,6 +142,7 @@ mod tests {
     const RECORDINGS: &str = include_str!("../../migrations/0004_recordings.sql");
     const RECIPES: &str = include_str!("../../migrations/0005_recipes.sql");
     const DOORS: &str = include_str!("../../migrations/0006_doors.sql");
+    const STUDIES: &str = include_str!("../../migrations/0007_studies.sql");
     const LATER: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
     const BROKEN: &str = "ALTER TABLE jobs ADD COLUMN note TEXT; INSERT INTO nowhere VALUES (1);";
 
@@ -158,7 +160,8 @@ mod tests {
         fs::write(migrations.join("0004_recordings.sql"), RECORDINGS).unwrap();
         fs::write(migrations.join("0005_recipes.sql"), RECIPES).unwrap();
         fs::write(migrations.join("0006_doors.sql"), DOORS).unwrap();
-        fs::write(migrations.join("0007_note.sql"), later).unwrap();
+        fs::write(migrations.join("0007_studies.sql"), STUDIES).unwrap();
+        fs::write(migrations.join("0008_note.sql"), later).unwrap();
         Migrator::new(migrations.as_path()).await.unwrap()
     }
 
@@ -187,7 +190,7 @@ mod tests {
     async fn a_new_database_gets_the_schema_and_no_backup() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 6);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 7);
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
         assert!(backups(folder.path()).is_empty());
         check(&mut connection).await.unwrap();
@@ -199,13 +202,13 @@ mod tests {
         let mut connection = first_version(folder.path()).await;
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 7);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 8);
         assert_eq!(counter(&mut connection).await, 41);
         sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.unwrap();
 
         let [backup] = &backups(folder.path())[..] else { panic!("one backup") };
         let mut copy = connect(backup).await;
-        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (6, 41));
+        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (7, 41));
     }
 
     #[tokio::test]
@@ -216,7 +219,7 @@ mod tests {
         migrate(&mut connection, &later, folder.path()).await.unwrap_err();
         connection.close().await.unwrap();
         let mut connection = connect(&folder.path().join("catalogue.sqlite3")).await;
-        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (6, 41));
+        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (7, 41));
         assert!(sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.is_err());
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
     }
@@ -228,7 +231,7 @@ mod tests {
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
         let error = migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap_err();
-        assert!(matches!(error, StoreError::TooNew { found: 7, known: 6 }), "{error}");
+        assert!(matches!(error, StoreError::TooNew { found: 8, known: 7 }), "{error}");
     }
 
     #[tokio::test]

@@ -33,7 +33,7 @@ use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DoorRecord, EventRecord,
     IdempotencyRecord, InspectionRecord, JobRecord, JobState, MeasurementRecord, RecipeRecord,
-    RecipeVersionRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord,
+    RecipeVersionRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord, StudyRecord,
 };
 use crate::sqlite::changes::Committed;
 
@@ -272,6 +272,14 @@ impl Catalogue for SqliteCatalogue {
 
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError> {
         tables::sessions::page(&self.readers, page).await
+    }
+
+    async fn study(&self, id: &str) -> Result<StudyRecord, StoreError> {
+        tables::studies::one(&self.readers, id).await
+    }
+
+    async fn studies(&self, page: &Page) -> Result<Listed<StudyRecord>, StoreError> {
+        tables::studies::page(&self.readers, page).await
     }
 
     async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError> {

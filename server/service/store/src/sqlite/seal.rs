@@ -39,6 +39,7 @@ pub const RECIPES: Table = Table { name: "recipes", key: "id", kind: "recipe" };
 pub const RECIPE_VERSIONS: Table = Table { name: "recipe_versions", key: "key", kind: "recipe version" };
 pub const INSPECTIONS: Table = Table { name: "inspections", key: "id", kind: "inspection" };
 pub const SESSIONS: Table = Table { name: "sessions", key: "id", kind: "session" };
+pub const STUDIES: Table = Table { name: "studies", key: "id", kind: "study" };
 pub const EVENTS: Table = Table { name: "events", key: "seq", kind: "event" };
 pub const SETTINGS: Table = Table { name: "settings", key: "name", kind: "setting" };
 pub const DOORS: Table = Table { name: "doors", key: "name", kind: "door" };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::{
     activate, calibration, capture, event, first, idempotency, inspected, inspection, job, measurement, publish,
-    scan, session,
+    scan, session, study,
 };
 use remedy::Remedy as _;
 use store::{
@@ -38,18 +38,19 @@ impl std::ops::Deref for Opened {
 /// Ids of one record of every kind, and the database that holds them.
 struct Filled {
     bytes: Vec<u8>,
-    ids: [String; 6],
+    ids: [String; 7],
 }
 
 async fn filled() -> Filled {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
-    let (job, capture, session) = (job(), capture(), session());
+    let (job, capture, session, study) = (job(), capture(), session(), study());
     let mut scan = scan("c1");
     scan.capture_id = Some(capture.id.clone());
     let measurement = measurement(&scan.id);
     let inspection = inspection("S1", Some(&scan.id));
-    let ids = [&job.id, &capture.id, &scan.id, &measurement.id, &session.id, &inspection.id].map(Clone::clone);
+    let ids = [&job.id, &capture.id, &scan.id, &measurement.id, &session.id, &inspection.id, &study.id]
+        .map(Clone::clone);
     let changes = vec![
         Change::InsertJob(job),
         Change::InsertCapture(capture),
@@ -58,6 +59,7 @@ async fn filled() -> Filled {
         Change::InsertScan(scan),
         Change::InsertMeasurement(measurement),
         Change::InsertSession(session),
+        Change::InsertStudy(study),
         publish("bracket", 1, Some(12)),
         Change::AppendEvent(event("subject")),
         inspected(&inspection),
@@ -114,7 +116,7 @@ fn of_door() -> DeliveryFilter {
 }
 
 /// Everything that can be read, each answer as text; `Err` with what the store says.
-async fn answers(store: &Store, ids: &[String; 6]) -> Vec<Result<String, StoreError>> {
+async fn answers(store: &Store, ids: &[String; 7]) -> Vec<Result<String, StoreError>> {
     fn text<T: Debug>(answer: Result<T, StoreError>) -> Result<String, StoreError> {
         answer.map(|answer| format!("{answer:?}"))
     }
@@ -136,6 +138,8 @@ async fn answers(store: &Store, ids: &[String; 6]) -> Vec<Result<String, StoreEr
         text(catalogue.measurement(&ids[3]).await),
         text(catalogue.session(&ids[4]).await),
         text(catalogue.sessions(&page).await.and_then(Listed::whole)),
+        text(catalogue.study(&ids[6]).await),
+        text(catalogue.studies(&page).await.and_then(Listed::whole)),
         text(catalogue.recipe("bracket").await),
         text(catalogue.recipes(&RecipeFilter::default(), &page).await.and_then(Listed::whole)),
         text(catalogue.recipe_version("bracket", 1).await),
@@ -196,7 +200,7 @@ async fn flip_every(stride: usize) {
 #[tokio::test]
 async fn a_damaged_record_is_reported_with_a_remedy() {
     let filled = filled().await;
-    let [job, capture, scan, measurement, session, _] = filled.ids.each_ref().map(String::as_str);
+    let [job, capture, scan, measurement, session, ..] = filled.ids.each_ref().map(String::as_str);
     let cases = [
         ("in the queue", "job", job),
         ("gauge, morning", "capture", capture),

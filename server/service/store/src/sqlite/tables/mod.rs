@@ -12,3 +12,4 @@ pub mod recordings;
 pub mod scans;
 pub mod sessions;
 pub mod settings;
+pub mod studies;

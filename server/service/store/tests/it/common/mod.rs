@@ -4,7 +4,7 @@ use serde_json::json;
 use store::{
     ArtifactId, CalibrationRecord, CaptureRecord, Change, EventRecord, ExpectedActive, IdempotencyRecord,
     InspectionRecord, JobRecord, JobState, MeasurementRecord, Page, RecipeVersionRecord, RecordingRecord,
-    RecordingState, ScanRecord, ScanState, SessionRecord,
+    RecordingState, ScanRecord, ScanState, SessionRecord, StudyRecord,
 };
 
 pub fn new_id() -> String {
@@ -109,6 +109,10 @@ pub fn measurement(scan_id: &str) -> MeasurementRecord {
 
 pub fn session() -> SessionRecord {
     SessionRecord { id: new_id(), version: 1, body: json!({"step": 1}), created_at_ms: 5, changed_at_ms: 5 }
+}
+
+pub fn study() -> StudyRecord {
+    StudyRecord { id: new_id(), version: 1, body: json!({"name": "s"}), created_at_ms: 5, changed_at_ms: 5 }
 }
 
 pub fn event(subject: &str) -> EventRecord {

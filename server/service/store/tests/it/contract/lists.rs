@@ -1,7 +1,7 @@
 use store::{Change, Page, StoreError};
 
 use super::stores;
-use crate::common::{capture, first, session};
+use crate::common::{capture, first, session, study};
 
 #[tokio::test]
 async fn a_reader_that_pages_sees_every_record_once_while_others_arrive_and_go() {
@@ -41,5 +41,23 @@ async fn a_session_changes_one_version_after_the_other() {
         catalogue.commit(vec![Change::DeleteSession(session.id.clone())]).await.unwrap();
         let gone = catalogue.commit(vec![Change::UpdateSession(session)]).await.unwrap_err();
         assert!(matches!(gone, StoreError::NotFound { kind: "session", .. }));
+    }
+}
+
+#[tokio::test]
+async fn a_study_changes_one_version_after_the_other() {
+    for fresh in stores().await {
+        let catalogue = &fresh.store.catalogue;
+        let mut study = study();
+        catalogue.commit(vec![Change::InsertStudy(study.clone())]).await.unwrap();
+        (study.version, study.changed_at_ms, study.body) = (2, 50, serde_json::json!({"name": "t"}));
+        catalogue.commit(vec![Change::UpdateStudy(study.clone())]).await.unwrap();
+        let late = catalogue.commit(vec![Change::UpdateStudy(study.clone())]).await.unwrap_err();
+        assert!(matches!(late, StoreError::Changed { kind: "study", .. }));
+        assert_eq!(catalogue.study(&study.id).await.unwrap(), study);
+        assert_eq!(catalogue.studies(&Page { before: None, limit: 1 }).await.unwrap().records, [study.clone()]);
+        catalogue.commit(vec![Change::DeleteStudy(study.id.clone())]).await.unwrap();
+        let gone = catalogue.commit(vec![Change::UpdateStudy(study)]).await.unwrap_err();
+        assert!(matches!(gone, StoreError::NotFound { kind: "study", .. }));
     }
 }
