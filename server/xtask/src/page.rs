@@ -1,11 +1,10 @@
 //! Steps of the web page: packages, build, checks, and the tests in a real browser.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::SystemTime;
 
 use crate::command::{Outcome, run, workspace};
-use crate::tools::{ensure_file, ensure_program};
+use crate::tools::{ensure_file, ensure_packages, ensure_program, npm};
 
 /// Sources of the built page.
 const SOURCES: [&str; 6] = ["src", "public", "index.html", "vite.config.ts", "tsconfig.json", "package-lock.json"];
@@ -48,26 +47,6 @@ pub fn write_schema() -> Outcome {
     let web = workspace().join("web");
     ensure_packages(&web)?;
     run("schema", npm(&web).args(["run", "--silent", "schema"]))
-}
-
-fn ensure_packages(web: &Path) -> Outcome {
-    let wanted = std::fs::read(web.join("package-lock.json"))?;
-    let stamp = web.join("node_modules/.installed-lock.json");
-    if std::fs::read(&stamp).is_ok_and(|present| present == wanted) {
-        return Ok(());
-    }
-    run("packages", npm(web).args(["ci", "--no-audit", "--no-fund"])).map_err(|cause| {
-        format!("{cause}; the page needs Node 18.13 or newer with npm, and its registry within reach")
-    })?;
-    std::fs::write(stamp, wanted)?;
-    Ok(())
-}
-
-/// In this folder.
-pub fn npm(web: &Path) -> Command {
-    let mut command = Command::new("npm");
-    command.current_dir(web);
-    command
 }
 
 fn modified(file: &Path) -> Option<SystemTime> {

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::command::{Outcome, run, say, succeeds, target_folder, workspace};
-use crate::page::npm;
 
 /// A separate Python environment with the packages of `server/cli/tests/requirements.txt`.
 pub fn ensure_python() -> Outcome<PathBuf> {
@@ -28,30 +27,36 @@ pub fn ensure_python() -> Outcome<PathBuf> {
     Ok(python)
 }
 
-/// The `node_modules` of the packages in `server/cli/tests/package.json`, in the versions of its lock file.
+/// The `node_modules` of the packages in `server/cli/tests/package.json`, below the target folder.
 pub fn ensure_node_modules() -> Outcome<PathBuf> {
     let (sources, folder) = (workspace().join("server/cli/tests"), target_folder().join("node"));
-    let files = ["package.json", "package-lock.json"];
-    let wanted = files.map(|name| std::fs::read(sources.join(name)));
-    let is_present = files.iter().zip(&wanted).all(|(name, wanted)| {
-        wanted
-            .as_ref()
-            .is_ok_and(|wanted| std::fs::read(folder.join(name)).is_ok_and(|present| present == *wanted))
-    });
-    let modules = folder.join("node_modules");
-    if is_present && modules.is_dir() {
-        return Ok(modules);
-    }
     std::fs::create_dir_all(&folder)?;
-    for (name, wanted) in files.iter().zip(wanted) {
-        std::fs::write(folder.join(name), wanted?)?;
+    for name in ["package.json", "package-lock.json"] {
+        std::fs::copy(sources.join(name), folder.join(name))?;
     }
-    let installed = run("npm", npm(&folder).args(["ci", "--silent", "--no-audit", "--no-fund"]));
-    if installed.is_err() {
-        // Otherwise half of it would count as present.
-        std::fs::remove_dir_all(&folder)?;
+    ensure_packages(&folder)?;
+    Ok(folder.join("node_modules"))
+}
+
+/// Installs the packages of `package.json` in a folder, in the versions of its lock file.
+pub fn ensure_packages(folder: &Path) -> Outcome {
+    let wanted = std::fs::read(folder.join("package-lock.json"))?;
+    let stamp = folder.join("node_modules/.installed-lock.json");
+    if std::fs::read(&stamp).is_ok_and(|present| present == wanted) {
+        return Ok(());
     }
-    installed.map(|()| modules)
+    run("packages", npm(folder).args(["ci", "--no-audit", "--no-fund"])).map_err(|cause| {
+        format!("{cause}; this needs Node 18.13 or newer with npm, and its registry within reach")
+    })?;
+    std::fs::write(stamp, wanted)?;
+    Ok(())
+}
+
+/// npm in this folder.
+pub fn npm(folder: &Path) -> Command {
+    let mut command = Command::new("npm");
+    command.current_dir(folder);
+    command
 }
 
 /// Installs a program's Debian package unless the program exists.
