@@ -147,7 +147,9 @@ pub enum ConfigError {
         expected: String,
     },
     /// A kind of projector that a station does not support.
-    #[error("projector.kind is {found} ({origin}), but the lines of a station run the same way")]
+    #[error(
+        "projector.kind is {found} ({origin}), but a station searches its images for lines along one direction"
+    )]
     OtherProjector {
         /// The value.
         found: String,

@@ -107,7 +107,7 @@ fn a_projector_whose_values_do_not_fit_its_kind_is_refused_by_entry() {
 
 #[test]
 fn lines_that_cross_are_refused_with_a_remedy() {
-    let remedy = ["projector.kind", "cross", "run the same way", "capture.json", "sheaf calibrate"];
+    let remedy = ["projector.kind", "cross", "along one direction", "capture.json", "sheaf calibrate"];
     let in_file = with_file("[projector]\nkind = \"cross\"", &[], &[]);
     refused(in_file, &[&remedy[..], &["line 2"]].concat());
     refused(with_file("", &[], &["projector.kind=cross"]), &remedy);

@@ -407,7 +407,7 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
     })?;
     if body.projector.switched_lines().is_some() || matches!(body.projector, Projector::Cross(_)) {
         return impossible(
-            "a station's lines run the same way and are on together",
+            "a station searches its images for lines along one direction that are on together",
             "calibrate lines that cross, or that are switched on one by one, from a capture",
             "/projector/kind",
         );
