@@ -24,7 +24,7 @@ pub use config::limits;
 pub use lifetime::housekeeping;
 pub use resources::{
     calibrations, captures, inspections, labels, measurements, points_page, recipes, scan_run, statistics,
-    stored_scan, watches,
+    stored_scan, studies, watches,
 };
 
 use std::sync::Arc;

@@ -8,6 +8,7 @@ mod chapters;
 mod drawing;
 pub mod inspection;
 pub mod scan;
+pub mod study;
 pub mod tables;
 pub mod target_sheet;
 

@@ -74,7 +74,7 @@ pub struct Activation {
     pub verification: Option<String>,
 }
 
-/// A new version of a session.
+/// A new version of a session or a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SessionVersion {
     /// Who did it.

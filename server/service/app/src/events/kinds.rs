@@ -110,6 +110,15 @@ pub enum Event {
     /// A calibration session was deleted.
     #[serde(rename = "session.deleted")]
     SessionDeleted(Initiator),
+    /// A study of the station was created.
+    #[serde(rename = "study.created")]
+    StudyCreated(SessionVersion),
+    /// An acceptance test got another position.
+    #[serde(rename = "study.changed")]
+    StudyChanged(SessionVersion),
+    /// A study of the station was deleted.
+    #[serde(rename = "study.deleted")]
+    StudyDeleted(Initiator),
     /// Control of the station was taken.
     #[serde(rename = "control.taken")]
     ControlTaken(Initiator),

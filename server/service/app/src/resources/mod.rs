@@ -10,4 +10,5 @@ pub mod recipes;
 pub mod scan_run;
 pub mod statistics;
 pub mod stored_scan;
+pub mod studies;
 pub mod watches;

@@ -29,7 +29,7 @@ pub use inspections::{
 };
 pub use jobs::{cancel_job, start_job};
 pub use manual::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
-pub use measurements::{change_measurement_plan, measure};
+pub use measurements::{NewPosition, add_position, change_measurement_plan, create_study, delete_study, measure};
 pub use recipes::{NewVersion, archive_recipe, import_recipe, publish_recipe, roll_back_recipe};
 pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;

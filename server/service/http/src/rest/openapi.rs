@@ -41,6 +41,7 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         (name = "recipes", description = "Versioned recipes: scan settings, measurements and limits of a part"),
         (name = "inspections", description = "Inspections of parts with a recipe"),
         (name = "statistics", description = "Control charts, and capability of processes and of the station"),
+        (name = "studies", description = "Acceptance tests, type-1 studies and gauge R&R of the station, with reports"),
         (name = "doors", description = "Interfaces that deliver events to other systems"),
         (name = "jobs", description = "Long operations: queue, progress, results"),
         (name = "events", description = "The event log and the event stream")

@@ -12,6 +12,7 @@ pub mod recipe;
 pub mod scan;
 pub mod service;
 pub mod statistics;
+pub mod study;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;

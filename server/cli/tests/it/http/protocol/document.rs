@@ -50,6 +50,11 @@ fn existing_resources(server: &Server) -> Value {
     server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
     let recipe = json!({ "id": "block", "reason": "first", "recipe": block_recipe(0.05) });
     server.post("/api/v1/recipes", &recipe).expect(201);
+    let plate = json!({ "artefact": "table", "form_mm": 0.001, "mpe_flatness_mm": 0.5 });
+    let study = json!({ "name": "table", "plan": { "acceptance": { "plate": plate } } });
+    let study_id = server.post("/api/v1/studies", &study).expect(201)["id"].clone();
+    let position = json!({ "procedure": "plate", "scan_id": scan_id });
+    server.post(&format!("/api/v1/studies/{}/positions", study_id.as_str().unwrap()), &position).expect(201);
     let (session_id, image) = session_with_an_image(server);
     let recording_id = recorded_live_view(server);
     let jobs = server.get("/api/v1/jobs").expect(200);
@@ -62,6 +67,7 @@ fn existing_resources(server: &Server) -> Value {
         "jobs": { "id": job_ids },
         "recordings": { "id": [recording_id] },
         "recipes": { "id": ["block"], "version": [1] },
+        "studies": { "id": [study_id] },
         "scans": {
             "id": [scan_id],
             "measurement_id": [measured.expect(201)["id"]],

@@ -37,6 +37,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(inspection::recipes::routes())
         .merge(inspection::inspections::routes())
         .merge(inspection::statistics::routes())
+        .merge(inspection::studies::routes())
         .merge(doors::routes())
         .merge(jobs::routes())
         .merge(events::routes())

@@ -1,4 +1,8 @@
-//! Manual measurements, and the measurement plan.
+//! Manual measurements, the measurement plan, and studies of how well the station measures.
+
+mod studies;
+
+pub use studies::{NewPosition, add_position, create_study, delete_study};
 
 use store::{Change, MeasurementRecord};
 
