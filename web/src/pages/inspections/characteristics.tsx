@@ -61,9 +61,16 @@ interface RowProperties {
 
 function Row({ recipe_id, result, is_current, show }: RowProperties) {
   const row = useRef<HTMLTableRowElement>(null);
+  const from_here = useRef(false);
   useEffect(() => {
-    if (is_current) row.current?.scrollIntoView({ block: "nearest" });
+    if (is_current && !from_here.current) row.current?.scrollIntoView({ block: "nearest" });
+    from_here.current = false;
   }, [is_current]);
+  const press = () => {
+    // The cloud comes into view, so the row stays where it is.
+    from_here.current = !is_current;
+    show?.();
+  };
   const words = text.value.inspections;
   const { lower, upper } = limitsOf(result);
   // `reason` contains `failure`.
@@ -82,7 +89,7 @@ function Row({ recipe_id, result, is_current, show }: RowProperties) {
           <span class="visually-hidden">: {result.id}</span>
         </a>{" "}
         {show && (
-          <button type="button" aria-pressed={is_current} onClick={show}>
+          <button type="button" aria-pressed={is_current} onClick={press}>
             {words.show_on_cloud}
             <span class="visually-hidden">: {result.id}</span>
           </button>

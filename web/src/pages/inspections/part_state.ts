@@ -85,6 +85,12 @@ export class PartState {
     this.end_feed = viewer && this.result.feed(viewer);
   }
 
+  /** Called by its row: the cloud comes into view. */
+  showFromRow(id: string): void {
+    this.show(id);
+    this.result.view.reveal();
+  }
+
   /** Highlights a characteristic and colours the cloud by the distance from its feature. */
   show(id: string): void {
     this.current.value = id;

@@ -68,7 +68,9 @@ export default function Operate() {
         ))}
       {known?.items.length === 0 && (
         <p class="card no-recipe">
-          {words.no_recipe_yet} <a href={href("help", "api")}>{text.value.help.api}</a>
+          {words.no_recipe_yet} <a href={href("teach")}>{text.value.teach.title}</a>
+          {" · "}
+          <a href={href("help", "api")}>{text.value.help.api}</a>
         </p>
       )}
     </div>

@@ -81,10 +81,13 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   const is_selected = result.selected.value === measurement.id;
   const row = useRef<HTMLTableRowElement>(null);
   const was_selected = useRef(is_selected);
+  const from_here = useRef(false);
   useEffect(() => {
     // Not on the first display, which would scroll past the cloud.
-    if (is_selected && !was_selected.current) row.current?.scrollIntoView({ block: "nearest" });
+    if (is_selected && !was_selected.current && !from_here.current)
+      row.current?.scrollIntoView({ block: "nearest" });
     was_selected.current = is_selected;
+    from_here.current = false;
   }, [is_selected]);
   return (
     <tr ref={row} aria-selected={is_selected} data-tool={measurement.request.tool}>
@@ -108,7 +111,12 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
           <button
             type="button"
             aria-label={words.show_deviation}
-            onClick={() => result.showDeviation(measurement)}
+            onClick={() => {
+              // The cloud comes into view, so the row stays where it is.
+              from_here.current = !is_selected;
+              result.showDeviation(measurement);
+              result.view.reveal();
+            }}
           >
             {words.show}
           </button>

@@ -188,6 +188,11 @@ export class ViewState {
     this.picks.value = this.picks.peek().map((point) => (point === asked ? answered : point));
   }
 
+  /** Scrolls the page so that the cloud is in view. */
+  reveal(): void {
+    this.viewer?.reveal();
+  }
+
   /** Selects the displayed points in the view as region. */
   selectView(): void {
     this.viewer?.selectRegion();

@@ -244,6 +244,11 @@ export class CloudViewer {
     this.active();
   }
 
+  /** Scrolls the page so that the cloud is in view. */
+  reveal(): void {
+    this.host.scrollIntoView({ block: "nearest" });
+  }
+
   view(name: ViewName): void {
     this.orbit.view(name);
     this.fit();

@@ -7,7 +7,7 @@ export const inspections: typeof english = {
   scans: "Scans",
   none_yet: "Noch keine Prüfungen",
   none_yet_how:
-    "Eine Prüfung scannt, misst und bewertet ein Teil nach einem Rezept. Ein Rezept veröffentlichen und Prüfungen über die API starten (POST /api/v1/inspections).",
+    "Eine Prüfung scannt, misst und bewertet ein Teil nach einem Rezept. Ein Rezept am Ergebnis eines Scans einlernen, dann Prüfungen auf der Bedienseite oder über die API starten (POST /api/v1/inspections).",
   nothing_fits: "Keine Prüfung passt zum Filter.",
   read: (n) => (n === 1 ? "1 Prüfung" : `${n} Prüfungen`),
   read_so_far: (n) => `die neuesten ${n} Prüfungen`,

@@ -74,7 +74,7 @@ export const operate = {
   this_version: (version: number) => `Version ${version}`,
   older_version: (newest: number) => `Nicht die neueste Version; das ist ${newest}.`,
   no_recipe_yet:
-    "Es gibt noch kein Rezept: Teile werden mit den Einstellungen oben gescannt und gemessen. Ein Rezept legt Scan, Merkmale und Grenzen eines Teils fest; damit führt diese Seite Prüfungen durch. Rezepte werden über die API veröffentlicht oder importiert (POST /api/v1/recipes, POST /api/v1/recipes/import).",
+    "Es gibt noch kein Rezept: Teile werden mit den Einstellungen oben gescannt und gemessen. Ein Rezept legt Scan, Merkmale und Grenzen eines Teils fest; damit führt diese Seite Prüfungen durch. Dazu ein gutes Teil scannen und das Rezept an seinem Ergebnis einlernen, oder eines dort oder über die API importieren.",
   stages: { queued: "Warten", scanning: "Scannen", measuring: "Messen" },
   held: "Warteschlange angehalten.",
   not_held: "Warteschlange läuft.",

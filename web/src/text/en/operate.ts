@@ -71,7 +71,7 @@ export const operate = {
   this_version: (version: number) => `version ${version}`,
   older_version: (newest: number) => `Not the newest version, which is ${newest}.`,
   no_recipe_yet:
-    "There is no recipe yet: parts are scanned and measured with the settings above. A recipe defines scan, characteristics and limits of a part; with it this page makes inspections. Recipes are published or imported through the API (POST /api/v1/recipes, POST /api/v1/recipes/import).",
+    "There is no recipe yet: parts are scanned and measured with the settings above. A recipe defines scan, characteristics and limits of a part; with it this page makes inspections. Scan a good part, then teach a recipe on its result; or import one there or through the API.",
   stages: { queued: "Waiting", scanning: "Scanning", measuring: "Measuring" },
   held: "Queue on hold.",
   not_held: "Queue running.",
