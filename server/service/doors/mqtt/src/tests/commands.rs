@@ -3,6 +3,8 @@
 use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 
+use app::App;
+use app::config::AppConfig;
 use serde_json::{Value, json};
 
 use crate::params::COMMAND_EXPIRY_S;
@@ -90,6 +92,29 @@ async fn commands_are_executed_and_answered_with_outcome_and_reason() {
     let expected = ["c-1 inspect S1", &format!("c-2 inspect {UNKNOWN}"), "c-3 abort c-1", "c-4 stop"];
     assert_eq!(calls(&running), expected);
     running.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_service_obeys_a_command_or_names_what_is_wrong_with_it() {
+    let (broker, folder) = (Broker::start(), tempfile::tempdir().unwrap());
+    let subscriber = Subscriber::of(&broker);
+    let door = crate::open(commanded(&broker)).unwrap();
+    let config = AppConfig::simulated(folder.path().join("data"));
+    let app = App::start(config, vec![door]).await.unwrap();
+    let tasks = app.watch();
+    // The door subscribes before it publishes.
+    subscriber.until("/state", |arrived| !arrived.is_empty());
+    let unknown = json!({ "id": "c-1", "command": "inspect", "serial": "S1", "recipe": "unknown" });
+    let refused = answer(&broker, &unknown);
+    assert_eq!((&refused["accepted"], &refused["pointer"]), (&json!(false), &json!("/recipe")), "{refused:#}");
+    assert!(refused["detail"].is_string() && refused["remedy"].is_string(), "{refused:#}");
+    assert!(!app.station.is_halted());
+    let stopped = answer(&broker, &json!({ "id": "c-2", "command": "stop" }));
+    assert_eq!(stopped, json!({ "schema": "sheaf-answer/1", "id": "c-2", "accepted": true }));
+    assert!(app.station.is_halted());
+    subscriber.until("/state", |arrived| arrived.last().is_some_and(|last| last.payload["state"] == "Halted"));
+    app.shut_down().await;
+    tasks.iter().for_each(tokio::task::JoinHandle::abort);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
