@@ -80,6 +80,6 @@ print(json.dumps({
     "recipe": block[4] << 16 | block[5],
     "serial": text(block[6:22]),
     "fixed_mm": fixed * 1e-4,
-    "value_mm": value,
+    "value_mm": None if value != value else value,
     "uncertainty_mm": number[3] * 1e-4,
 }))

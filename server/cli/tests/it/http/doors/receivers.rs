@@ -67,6 +67,7 @@ impl Receivers {
              orders = \"{folder}/orders\"\n\
              [[doors.webhook]]\nname = \"mes\"\nurl = \"http://127.0.0.1:{web_port}/sheaf\"\n\
              secret_file = \"{folder}/secret\"\nallowed_private = [\"127.0.0.1/32\"]\n\
+             events = [\"inspection.finished\", \"control_chart.rule_violated\"]\n\
              [[doors.mqtt]]\nname = \"broker\"\nurl = \"mqtt://127.0.0.1:{broker_port}\"\n\
              [[doors.modbus]]\nname = \"plc\"\nlisten = \"127.0.0.1:{plc_port}\"\nwrites = true\n\
              [[doors.opcua]]\nname = \"scada\"\nlisten = \"127.0.0.1:{opcua_port}\"\ncommands = true\n\

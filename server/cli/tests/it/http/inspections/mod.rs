@@ -1,5 +1,6 @@
 //! Recipes, and parts inspected by them on the simulated station.
 
+mod overhead;
 mod parts;
 mod recipes;
 
@@ -24,6 +25,49 @@ pub fn block_recipe(tolerance_mm: f64) -> Value {
                 "attributes": { "K2001": "1", "line": 4 } }],
         },
     })
+}
+
+/// A recipe for a ball on the table whose upper third is measured: its diameter, within ±`tolerance_mm` of `nominal_mm`.
+pub fn ball_recipe(nominal_mm: f64, tolerance_mm: f64) -> Value {
+    json!({
+        "name": "ball",
+        "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": 0.4 },
+        "plan": {
+            "format": "sheaf-plan/1",
+            "features": [{ "id": "ball", "shape": { "type": "sphere", "select": { "region": {
+                "type": "box", "min_mm": [-14.0, -14.0, 355.0], "max_mm": [14.0, 14.0, 390.0] } } } }],
+            "characteristics": [{ "id": "diameter", "measure": { "type": "diameter", "of": "ball" },
+                "nominal_mm": nominal_mm, "lower": -tolerance_mm, "upper": tolerance_mm }],
+        },
+    })
+}
+
+/// Puts a ball of this diameter on the stage. Its facets lie up to 1 µm inside the sphere.
+pub fn place_ball(server: &Server, diameter_mm: f64) {
+    const COLUMNS: usize = 240;
+    const ROWS: usize = COLUMNS / 2;
+    let radius_mm = diameter_mm / 2.0;
+    let corner = |column: usize, row: usize| {
+        let [along, down] = [column, row].map(|idx| idx as f64 * std::f64::consts::TAU / COLUMNS as f64);
+        [
+            radius_mm * down.sin() * along.cos(),
+            radius_mm * down.sin() * along.sin(),
+            radius_mm * (1.0 + down.cos()),
+        ]
+    };
+    let mut bytes = vec![0; 80];
+    bytes.extend((2 * COLUMNS as u32 * (ROWS as u32 - 1)).to_le_bytes());
+    for (column, row) in (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (column, row))) {
+        let [a, b, c, d] = [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(x, y)| corner(column + x, row + y));
+        let facets = [(row + 1 < ROWS).then_some([a, b, c]), (row > 0).then_some([a, c, d])];
+        for corners in facets.into_iter().flatten() {
+            bytes.extend([0; 12]);
+            bytes.extend(corners.as_flattened().iter().flat_map(|mm| (*mm as f32).to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+    }
+    let headers = [("content-type", "model/stl")];
+    server.send("PUT", "/api/v1/simulation/scene/part", &headers, &bytes).expect(200);
 }
 
 /// Puts a block of this height on the stage.

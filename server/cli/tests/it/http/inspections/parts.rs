@@ -78,8 +78,8 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     restarted(&folder.path().join("data"), server);
 }
 
-/// Prints the time from the last frame to the stored verdict; not asserted, since debug builds on busy machines are slow.
-fn print_overhead(server: &Server, inspection: &Value) {
+/// Prints the time of an inspection beside the acquisition; not asserted, since debug builds on busy machines are slow.
+pub fn print_overhead(server: &Server, inspection: &Value) {
     let job = server.get(&format!("/api/v1/jobs/{}", inspection["job_id"].as_str().unwrap())).expect(200);
     let report = server.get(inspection["scan_href"].as_str().unwrap()).expect(200)["report"].clone();
     let at = |name: &str| job[name].as_f64().unwrap() / 1e3;
@@ -105,6 +105,9 @@ fn refusals(server: &Server) {
     refused(json!({ "recipe": "@", "serial": "S" }), 422, "/recipe");
     refused(json!({ "serial": "no rule is about it" }), 422, "/recipe");
     refused(json!({ "recipe": "block", "serial": "" }), 422, "/serial");
+    let nowhere = json!({ "kind": "capture", "capture_id": "none" });
+    refused(json!({ "recipe": "block", "serial": "S", "source": nowhere }), 422, "/source/capture_id");
+    refused(json!({ "recipe": "block", "serial": "S", "source": { "kind": "cloud" } }), 422, "/source/kind");
     let too_long = inspect(server, "?wait_s=31", None, &json!({ "recipe": "block", "serial": "S" })).expect(400);
     assert_eq!(too_long["pointer"], "query/wait_s");
     assert_eq!(serials(server, ""), [""; 0]);
@@ -205,6 +208,8 @@ fn re_evaluated(server: &Server, bad: &Value, recipe: &Value) {
     assert_eq!(anew["changed"], json!([{ "id": "height", "before": "not_ok", "after": "ok" }]));
     assert_eq!(anew["results"][0]["value"], bad["results"][0]["value"], "the same scan, the same value");
     assert_eq!(&server.get(&href).expect(200), bad, "the first stays as it was");
+    let refused = server.post(&format!("{href}/re-evaluate"), &json!({ "calibration_id": "none" })).expect(422);
+    assert_eq!(refused["pointer"], "/calibration_id", "{refused}");
 }
 
 /// While the queue is held an inspection waits and other jobs run; its key returns the same job and later its result.
