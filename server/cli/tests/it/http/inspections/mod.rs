@@ -3,6 +3,7 @@
 mod overhead;
 mod parts;
 mod recipes;
+mod studies;
 
 use serde_json::{Value, json};
 

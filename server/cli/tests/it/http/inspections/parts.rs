@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::{block_recipe, inspect, inspected, place_block};
+use super::{block_recipe, inspect, inspected, place_block, studies};
 use crate::common::server::Server;
 use crate::http::fresh;
 
@@ -73,8 +73,11 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     lists(&server);
     exports(&server);
     reports_and_statistics(&server, &bad);
+    studies::accepted(&server, &bad);
     re_evaluated(&server, &bad, &recipe);
+    let study = studies::begun(&server);
     held(&server);
+    studies::counted(&server, &study);
     restarted(&folder.path().join("data"), server);
 }
 
