@@ -1689,6 +1689,79 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/studies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists studies, newest first. */
+        get: operations["list_studies"];
+        put?: never;
+        /** Creates a study: an acceptance test, which then gets its positions, or a study of the inspections that are made from now on. */
+        post: operations["create_study"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/studies/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns a study: its plan, what was found so far, what is still missing, the verdict. */
+        get: operations["get_study"];
+        put?: never;
+        post?: never;
+        /** Deletes a study; scans and inspections remain. */
+        delete: operations["delete_study"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/studies/{id}/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Adds a scan of an artefact to an acceptance test; responds when its figures are determined, which takes some seconds. A position
+         *     cannot be removed: a test contains all that was measured.
+         */
+        post: operations["add_study_position"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/studies/{id}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the report of a study: verdict, criteria, tables, charts, what is still missing. */
+        get: operations["get_study_report"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/verifications": {
         parameters: {
             query?: never;
@@ -1778,6 +1851,148 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description The figures of an acceptance test. */
+        AcceptanceFiguresDto: {
+            linearity?: components["schemas"]["LinearityDto"] | null;
+            /** @description The quantities of the planned procedures. */
+            quantities: components["schemas"]["QuantityDto"][];
+            repeatability?: components["schemas"]["RepeatabilityDto"] | null;
+        };
+        /** @description An acceptance test: at least one procedure. */
+        AcceptancePlan: {
+            /** @description A plate at known heights. */
+            linearity?: components["schemas"]["AcceptancePlanLinearityTest"] | null;
+            /** @description A plate. */
+            plate?: components["schemas"]["AcceptancePlanPlateTest"] | null;
+            /** @description A plate that stays in place. */
+            repeatability?: components["schemas"]["AcceptancePlanRepeatabilityTest"] | null;
+            /** @description A ball. */
+            sphere?: components["schemas"]["AcceptancePlanSphereTest"] | null;
+            /** @description Two balls. */
+            sphere_pair?: components["schemas"]["AcceptancePlanSpherePairTest"] | null;
+        };
+        /** @description A plate at known heights. Uncertainties are expanded (k = 2). */
+        AcceptancePlanLinearityTest: {
+            /** @description What sets the heights, and its certificate. */
+            artefact: string;
+            /**
+             * Format: double
+             * @description Largest deviation from the least-squares line.
+             */
+            mpe_linearity_mm?: number | null;
+            /**
+             * Format: double
+             * @description Uncertainty of a height, mm.
+             */
+            uncertainty_mm: number;
+        };
+        /** @description A flat plate. Lengths in mm. */
+        AcceptancePlanPlateTest: {
+            /** @description Name of the artefact and its certificate. */
+            artefact: string;
+            /**
+             * Format: double
+             * @description Calibrated flatness.
+             */
+            form_mm: number;
+            /**
+             * Format: double
+             * @description Largest flatness error, 95 % of the points.
+             */
+            mpe_flatness_d95_mm?: number | null;
+            /**
+             * Format: double
+             * @description Largest flatness error, all points but 3 ‰.
+             */
+            mpe_flatness_mm?: number | null;
+        };
+        /** @description A plate that is scanned repeatedly without being moved. */
+        AcceptancePlanRepeatabilityTest: {
+            /** @description Name of the plate. */
+            artefact: string;
+            /**
+             * Format: double
+             * @description Largest standard deviation of the mean height.
+             */
+            mpe_averaged_mm?: number | null;
+            /**
+             * Format: double
+             * @description Largest standard deviation of a single point.
+             */
+            mpe_single_mm?: number | null;
+        };
+        /** @description Two balls at a calibrated distance. Lengths in mm at 20 °C; uncertainties are expanded (k = 2). */
+        AcceptancePlanSpherePairTest: {
+            /** @description Name of the artefact and its certificate. */
+            artefact: string;
+            /**
+             * Format: double
+             * @description Diameter of the balls; needed to find them.
+             */
+            diameter_mm: number;
+            /**
+             * Format: double
+             * @description Calibrated distance of the centres.
+             */
+            distance_mm: number;
+            /**
+             * Format: double
+             * @description Coefficient of thermal expansion of the bar; default: steel.
+             * @default 0.0000115
+             */
+            expansion_per_k: number;
+            /**
+             * Format: double
+             * @description Largest sphere spacing error.
+             */
+            mpe_spacing_mm?: number | null;
+            /**
+             * Format: double
+             * @description Its uncertainty.
+             */
+            uncertainty_mm: number;
+        };
+        /** @description A calibrated ball. Lengths in mm at 20 °C; uncertainties are expanded (k = 2). */
+        AcceptancePlanSphereTest: {
+            /** @description Name of the artefact and its certificate. */
+            artefact: string;
+            /**
+             * Format: double
+             * @description Calibrated diameter.
+             */
+            diameter_mm: number;
+            /**
+             * Format: double
+             * @description Coefficient of thermal expansion; default: steel.
+             * @default 0.0000115
+             */
+            expansion_per_k: number;
+            /**
+             * Format: double
+             * @description Calibrated form error.
+             */
+            form_mm: number;
+            /**
+             * Format: double
+             * @description Largest probing error of form, 95 % of the points.
+             */
+            mpe_form_d95_mm?: number | null;
+            /**
+             * Format: double
+             * @description Largest probing error of form, all points but 3 ‰.
+             */
+            mpe_form_mm?: number | null;
+            /**
+             * Format: double
+             * @description Largest probing error of size.
+             */
+            mpe_size_mm?: number | null;
+            /**
+             * Format: double
+             * @description Its uncertainty.
+             */
+            uncertainty_mm: number;
+        };
         /** @description Request to activate a calibration. */
         ActivateCalibrationDto: {
             /** @description Id of the calibration. */
@@ -1831,6 +2046,32 @@ export interface components {
             /** @description The calibration that was active before. */
             previous_id?: string | null;
         };
+        /**
+         * @description Request to add a scan of an artefact to an acceptance test.
+         * @example {
+         *       "procedure": "sphere",
+         *       "scan_id": "019a…",
+         *       "temperature_c": 20.4
+         *     }
+         */
+        AddPositionDto: {
+            /** @description The procedure that it belongs to. */
+            procedure: components["schemas"]["ProcedureDto"];
+            /**
+             * Format: double
+             * @description Linearity: the height at which the plate was placed, mm, positive towards the camera.
+             */
+            reference_mm?: number | null;
+            /** @description Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other. */
+            region_mm?: number[] | null;
+            /** @description The scan: complete, and not a position of this test yet. */
+            scan_id: string;
+            /**
+             * Format: double
+             * @description Temperature of the artefact, °C. A size or a distance is undecided without it.
+             */
+            temperature_c?: number | null;
+        };
         /** @description An error; stored as JSON with failed jobs. */
         AppError: {
             /** @description The cause, if known. */
@@ -1848,6 +2089,32 @@ export interface components {
              * @description Seconds after which to retry.
              */
             retry_after_s?: number | null;
+        };
+        /** @description A ball or a plate as found in a scan. */
+        ArtefactFeatureDto: {
+            /**
+             * Format: double
+             * @description Width of the narrowest band with 95 % of the points, mm.
+             */
+            d95_mm: number;
+            /**
+             * Format: double
+             * @description Diameter of the ball, mm.
+             */
+            diameter_mm?: number | null;
+            /** @description Points on the artefact outside the evaluated region: near its border, or viewed or lit too steeply. */
+            n_excluded: number;
+            /** @description Points inside the evaluated region. */
+            n_points: number;
+            /** @description Points left out of the fit, at most 3 ‰. */
+            n_rejected: number;
+            /** @description Centre of the ball, or centroid of the plate, part frame, mm. */
+            place_mm: number[];
+            /**
+             * Format: double
+             * @description Largest minus smallest distance from the least-squares feature, mm.
+             */
+            range_mm: number;
         };
         /** @description An attempt to deliver. */
         AttemptDto: {
@@ -2906,6 +3173,30 @@ export interface components {
             /** @description The content. */
             recipe: components["schemas"]["RecipeDto"];
         };
+        /**
+         * @description Request to create a study.
+         * @example {
+         *       "name": "after service",
+         *       "plan": {
+         *         "acceptance": {
+         *           "sphere": {
+         *             "artefact": "ball 7, certificate 4711",
+         *             "diameter_mm": 30.0021,
+         *             "form_mm": 0.0003,
+         *             "mpe_form_mm": 0.08,
+         *             "mpe_size_mm": 0.03,
+         *             "uncertainty_mm": 0.0006
+         *           }
+         *         }
+         *       }
+         *     }
+         */
+        CreateStudyDto: {
+            /** @description Its name. */
+            name: string;
+            /** @description What it examines. */
+            plan: components["schemas"]["StudyPlanDto"];
+        };
         /** @description Comparison of the light models on held-out poses. */
         CrossValidationDto: {
             /** @description One entry per model, simplest first. */
@@ -3357,6 +3648,21 @@ export interface components {
             /** @enum {string} */
             kind: "session.deleted";
         } | {
+            /** @description A study of the station was created. */
+            body: components["schemas"]["SessionVersion"];
+            /** @enum {string} */
+            kind: "study.created";
+        } | {
+            /** @description An acceptance test got another position. */
+            body: components["schemas"]["SessionVersion"];
+            /** @enum {string} */
+            kind: "study.changed";
+        } | {
+            /** @description A study of the station was deleted. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "study.deleted";
+        } | {
             /** @description Control of the station was taken. */
             body: components["schemas"]["Initiator"];
             /** @enum {string} */
@@ -3627,6 +3933,27 @@ export interface components {
             total_variation: components["schemas"]["VariationDto"];
             /** @description Unit of all values. */
             unit: string;
+        };
+        /** @description A gauge R&R study: several parts, each inspected repeatedly by every operator. */
+        GaugeRrPlan: {
+            /** @description Id of the characteristic in the recipe. */
+            characteristic: string;
+            /**
+             * Format: int32
+             * @description Inspections of each part by each operator.
+             */
+            n_trials: number;
+            /** @description Operators, as in the attribute `operator` of the inspections; empty: the station is the only one. */
+            operators?: string[];
+            /** @description Serial numbers of the parts. */
+            parts: string[];
+            /** @description Id of the recipe. */
+            recipe: string;
+            /**
+             * Format: int64
+             * @description Its version; default: the newest. Inspections with other versions do not belong to the study.
+             */
+            version?: number;
         };
         /** @description The geometry of a feature, mm. */
         GeometryDto: {
@@ -4362,6 +4689,36 @@ export interface components {
              */
             rms_px: number;
         };
+        /** @description Linearity along z, from three different heights on. */
+        LinearityDto: {
+            /**
+             * Format: double
+             * @description Deviation of largest magnitude from the line, mm.
+             */
+            largest_mm: number;
+            /** @description Fewest points averaged for a height. */
+            n_averaged: number;
+            /**
+             * Format: double
+             * @description Largest minus smallest deviation, mm.
+             */
+            peak_to_peak_mm: number;
+            /**
+             * Format: double
+             * @description Its magnitude in per cent of the full scale.
+             */
+            percent_of_range: number;
+            /**
+             * Format: double
+             * @description Heights covered, mm: the full scale.
+             */
+            range_mm: number;
+            /**
+             * Format: double
+             * @description Slope of the least-squares line through measured over reference heights.
+             */
+            slope: number;
+        };
         /** @description A page of a list. */
         ListDto_ActivationDto: {
             /**
@@ -4856,6 +5213,37 @@ export interface components {
             /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
+        /** @description A page of a list. */
+        ListDto_StudyItemDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description Who created it. */
+                author: string;
+                /**
+                 * Format: int64
+                 * @description When it was last changed, ms since 1970 (UTC).
+                 */
+                changed_at_ms: number;
+                /**
+                 * Format: int64
+                 * @description When, ms since 1970 (UTC).
+                 */
+                created_at_ms: number;
+                /** @description Its id. */
+                id: string;
+                /** @description Its kind. */
+                kind: components["schemas"]["StudyKindDto"];
+                /** @description Its name. */
+                name: string;
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
         /** @description The live view. */
         LiveView: components["schemas"]["Initiator"] & {
             /**
@@ -5096,6 +5484,26 @@ export interface components {
          * @enum {string}
          */
         MeshFormatDto: "stl" | "glb" | "ply";
+        /** @description Inspections that are still missing of a part. */
+        MissingInspectionsDto: {
+            /** @description Inspections needed. */
+            n_needed: number;
+            /** @description Inspections present. */
+            n_present: number;
+            /** @description The attribute `operator` of the inspections; absent: anyone. */
+            operator?: string | null;
+            /** @description Serial number of the part. */
+            serial: string;
+        };
+        /** @description Positions that are still missing. */
+        MissingPositionsDto: {
+            /** @description Positions needed. */
+            n_needed: number;
+            /** @description Positions present. */
+            n_present: number;
+            /** @description Of which procedure. */
+            procedure: components["schemas"]["ProcedureDto"];
+        };
         /** @description Comparison of the light models on held-out poses. */
         ModelComparisonDto: {
             /** @description The reason, in a sentence. */
@@ -5696,6 +6104,53 @@ export interface components {
             /** @description Translation, mm. */
             translation_mm: number[];
         };
+        /** @description A position of an artefact. */
+        PositionDto: {
+            /**
+             * Format: int64
+             * @description When, ms since 1970 (UTC).
+             */
+            added_at_ms: number;
+            /** @description Who added it. */
+            added_by: string;
+            /** @description The calibration of its cloud. */
+            calibration_id: string;
+            /** @description The artefact, or each of two balls. */
+            features: components["schemas"]["ArtefactFeatureDto"][];
+            /** @description The procedure that it belongs to. */
+            procedure: components["schemas"]["ProcedureDto"];
+            /**
+             * Format: double
+             * @description Linearity: the height at which the plate was placed, mm.
+             */
+            reference_mm?: number | null;
+            /** @description The scan. */
+            scan_id: string;
+            /** @description Its name. */
+            scan_name: string;
+            /** @description Whether the devices were simulated. */
+            simulated: boolean;
+            /**
+             * Format: double
+             * @description Temperature of the artefact, °C.
+             */
+            temperature_c?: number | null;
+        };
+        /** @description The error of one position. */
+        PositionErrorDto: {
+            /**
+             * Format: double
+             * @description The error, mm.
+             */
+            error_mm: number;
+            /** @description Index of the position in `positions`. */
+            position_idx: number;
+            /**
+             * Format: double
+             * @description Expanded uncertainty of the test (k = 2), mm; absent if the temperature of a length is unknown.
+             */
+            test_uncertainty_mm?: number | null;
+        };
         /** @description The body `application/problem+json`. */
         Problem: {
             /** @description The cause, if known. */
@@ -5721,6 +6176,11 @@ export interface components {
             /** @description `urn:sheaf:problem:…`, stable. */
             type: string;
         };
+        /**
+         * @description A procedure of an acceptance test.
+         * @enum {string}
+         */
+        ProcedureDto: "sphere" | "sphere_pair" | "plate" | "linearity" | "repeatability";
         /** @description Capability of a process. */
         ProcessCapabilityDto: {
             /**
@@ -5844,6 +6304,29 @@ export interface components {
             reason: string;
             /** @description The complete content. */
             recipe: components["schemas"]["RecipeDto"];
+        };
+        /**
+         * @description A quantity of an acceptance test.
+         * @enum {string}
+         */
+        QuantityCodeDto: "probing_form" | "probing_form_d95" | "probing_size" | "sphere_spacing" | "flatness" | "flatness_d95" | "linearity" | "repeatability_single" | "repeatability_averaged";
+        /** @description A quantity with its limit and verdict. */
+        QuantityDto: {
+            /** @description The errors of its positions; a single one for a standard deviation. */
+            errors: components["schemas"]["PositionErrorDto"][];
+            /**
+             * Format: double
+             * @description The largest permissible error, mm.
+             */
+            mpe_mm?: number | null;
+            /** @description Which. */
+            quantity: components["schemas"]["QuantityCodeDto"];
+            verdict?: components["schemas"]["VerdictDto"] | null;
+            /**
+             * Format: double
+             * @description The error of largest magnitude, mm.
+             */
+            worst_mm?: number | null;
         };
         /** @description Allowed range of a number. */
         RangeDto: {
@@ -6254,6 +6737,23 @@ export interface components {
          * @enum {string}
          */
         ReferencePartDto: "gauge" | "sphere";
+        /** @description Repeatability along z, from two scans on: standard deviations, 1 σ. */
+        RepeatabilityDto: {
+            /**
+             * Format: double
+             * @description Of the mean height of the plate, mm.
+             */
+            averaged_mm: number;
+            /** @description Fewest points averaged. */
+            n_averaged: number;
+            /** @description Scans. */
+            n_scans: number;
+            /**
+             * Format: double
+             * @description Of a single point, mm.
+             */
+            single_mm: number;
+        };
         /** @description One requirement of a calibration. */
         RequirementDto: {
             /**
@@ -7100,7 +7600,7 @@ export interface components {
              */
             position_mm?: number | null;
         };
-        /** @description A new version of a session. */
+        /** @description A new version of a session or a study. */
         SessionVersion: {
             /** @description Who did it. */
             actor: string;
@@ -7625,6 +8125,76 @@ export interface components {
              */
             sigma_mm: number;
         };
+        /** @description A study with its outcome so far. */
+        StudyDto: {
+            acceptance?: components["schemas"]["AcceptanceFiguresDto"] | null;
+            /** @description Who created it. */
+            author: string;
+            /**
+             * Format: int64
+             * @description When it was last changed, ms since 1970 (UTC).
+             */
+            changed_at_ms: number;
+            /**
+             * Format: int64
+             * @description When, ms since 1970 (UTC). Inspections from then on belong to a study of inspections.
+             */
+            created_at_ms: number;
+            gauge_rr?: components["schemas"]["GaugeRrDto"] | null;
+            /** @description Its id. */
+            id: string;
+            /** @description Inspections that are still missing. */
+            missing_inspections: components["schemas"]["MissingInspectionsDto"][];
+            /** @description Positions that are still missing. */
+            missing_positions: components["schemas"]["MissingPositionsDto"][];
+            /** @description Its name. */
+            name: string;
+            /** @description What it examines. */
+            plan: components["schemas"]["StudyPlanDto"];
+            /** @description The positions of an acceptance test, in the order in which they were added. */
+            positions: components["schemas"]["PositionDto"][];
+            /** @description The inspections that belong to the study, oldest first. */
+            readings: components["schemas"]["ReadingDto"][];
+            /** @description Why a complete study has no figures. */
+            reason?: string | null;
+            type_1?: components["schemas"]["Type1StudyDto"] | null;
+            verdict?: components["schemas"]["VerdictDto"] | null;
+        };
+        /** @description A study in a list. */
+        StudyItemDto: {
+            /** @description Who created it. */
+            author: string;
+            /**
+             * Format: int64
+             * @description When it was last changed, ms since 1970 (UTC).
+             */
+            changed_at_ms: number;
+            /**
+             * Format: int64
+             * @description When, ms since 1970 (UTC).
+             */
+            created_at_ms: number;
+            /** @description Its id. */
+            id: string;
+            /** @description Its kind. */
+            kind: components["schemas"]["StudyKindDto"];
+            /** @description Its name. */
+            name: string;
+        };
+        /**
+         * @description Kind of a study.
+         * @enum {string}
+         */
+        StudyKindDto: "acceptance" | "type_1" | "gauge_rr";
+        /** @description What a study examines: exactly one of the three. */
+        StudyPlanDto: {
+            /** @description An acceptance test: errors of the station on calibrated artefacts. */
+            acceptance?: components["schemas"]["AcceptancePlan"];
+            /** @description A gauge R&R study: several parts, each inspected repeatedly by every operator. */
+            gauge_rr?: components["schemas"]["GaugeRrPlan"];
+            /** @description A type-1 study: one part with a known value, inspected repeatedly. */
+            type_1?: components["schemas"]["Type1Plan"];
+        };
         /** @description Voxels that contain the points of a feature, part frame. */
         SurfaceRegionDto: {
             /**
@@ -7727,6 +8297,35 @@ export interface components {
          * @enum {string}
          */
         TriggerDto: "free" | "software" | "hardware";
+        /** @description A type-1 study: one part with a known value, inspected repeatedly. */
+        Type1Plan: {
+            /** @description Id of the characteristic in the recipe; it needs both limits. */
+            characteristic: string;
+            /**
+             * Format: int32
+             * @description Standard deviations that count as scatter: 6 (Bosch Booklet 10) or 4 (VDA 5).
+             */
+            n_sigmas: number;
+            /**
+             * Format: int32
+             * @description Number of inspections.
+             */
+            n_values: number;
+            /** @description Id of the recipe. */
+            recipe: string;
+            /**
+             * Format: double
+             * @description Value of the part from its certificate, in the unit of the characteristic.
+             */
+            reference: number;
+            /** @description Serial number of the part. */
+            serial: string;
+            /**
+             * Format: int64
+             * @description Its version; default: the newest. Inspections with other versions do not belong to the study.
+             */
+            version?: number;
+        };
         /** @description A type-1 study: repeated measurements of one part with a known value. */
         Type1StudyDto: {
             /**
@@ -12093,6 +12692,212 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["WatchHistoryDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    list_studies: {
+        parameters: {
+            query?: {
+                /** @description Id of the last record of the previous page. */
+                before?: string;
+                /** @description Records per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_StudyItemDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    create_study: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CreateStudyDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description Its address */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StudyDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_study: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StudyDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    delete_study: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Deleted */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    add_study_position: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AddPositionDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description Address of the study */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StudyDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_study_report: {
+        parameters: {
+            query?: {
+                /** @description Form of the report; default `html`. */
+                format?: "html" | "pdf";
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                    "application/pdf": number[];
                 };
             };
             400: components["responses"]["Problem"];
