@@ -3,7 +3,6 @@
 use crate::resources::inspections::InspectionMessage;
 
 /// An inspection with a two-sided and a one-sided characteristic.
-#[expect(clippy::unwrap_used)]
 pub fn inspection() -> InspectionMessage {
     let sample = include_str!("../../../../../../tests/golden/doors/inspection.json");
     serde_json::from_str(sample).unwrap()
