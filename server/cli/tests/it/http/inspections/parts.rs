@@ -108,6 +108,11 @@ fn refusals(server: &Server) {
     refused(json!({ "recipe": "@", "serial": "S" }), 422, "/recipe");
     refused(json!({ "serial": "no rule is about it" }), 422, "/recipe");
     refused(json!({ "recipe": "block", "serial": "" }), 422, "/serial");
+    let mut for_a_door = block_recipe(DEFECT_MM);
+    for_a_door["outputs"] = json!(["mes"]);
+    let for_a_door = json!({ "id": "for-a-door", "reason": "first", "recipe": for_a_door });
+    server.post("/api/v1/recipes", &for_a_door).expect(201);
+    refused(json!({ "recipe": "for-a-door", "serial": "S" }), 422, "/recipe");
     let nowhere = json!({ "kind": "capture", "capture_id": "none" });
     refused(json!({ "recipe": "block", "serial": "S", "source": nowhere }), 422, "/source/capture_id");
     refused(json!({ "recipe": "block", "serial": "S", "source": { "kind": "cloud" } }), 422, "/source/kind");
