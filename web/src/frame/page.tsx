@@ -13,6 +13,7 @@ const PAGE_MODULES: Record<PageName, () => Promise<{ default: ComponentType }>> 
   result: () => import("../pages/result"),
   inspections: () => import("../pages/inspections"),
   statistics: () => import("../pages/statistics"),
+  studies: () => import("../pages/statistics/studies"),
   teach: () => import("../pages/teach"),
   compare: () => import("../pages/compare"),
   jobs: () => import("../pages/jobs"),

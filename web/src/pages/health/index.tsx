@@ -5,6 +5,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { bytes, data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
+import { href } from "../../state/browser/route";
 import { Command } from "../../state/station/command";
 import { text } from "../../text";
 import { download, supportBundle } from "./bundle";
@@ -51,6 +52,9 @@ export default function Health() {
     <div class="stack health">
       <header class="row">
         <h1 class="grow">{words.title}</h1>
+        <a class="button" href={href("studies")}>
+          {text.value.studies.fitness_link}
+        </a>
         <CommandButton command={bundle}>{words.bundle}</CommandButton>
       </header>
       <div class="cards">

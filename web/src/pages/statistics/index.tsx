@@ -28,6 +28,8 @@ export default function Statistics() {
     <div class="stack statistics">
       <p>
         <a href={href("inspections", undefined, { recipe: id })}>← {words.to_inspections}</a>
+        {" · "}
+        <a href={href("studies")}>{text.value.studies.fitness_link}</a>
       </p>
       {id === "" ? (
         <p class="card">{words.no_recipe}</p>

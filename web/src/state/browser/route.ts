@@ -21,11 +21,20 @@ const PARENTS = {
   statistics: "results",
   teach: "results",
   compare: "results",
+  studies: "health",
 } as const;
 
 export type PageName = (typeof PAGES)[number] | keyof typeof PARENTS;
 
-const PAGE_NAMES: readonly PageName[] = [...PAGES, "result", "inspections", "statistics", "teach", "compare"];
+const PAGE_NAMES: readonly PageName[] = [
+  ...PAGES,
+  "result",
+  "inspections",
+  "statistics",
+  "teach",
+  "compare",
+  "studies",
+];
 
 function hasParent(page: PageName): page is keyof typeof PARENTS {
   return page in PARENTS;

@@ -160,6 +160,7 @@ export const pages = {
   result: "Ergebnis",
   inspections: "Prüfungen",
   statistics: "Statistik",
+  studies: "Eignung",
   teach: "Rezept einlernen",
   compare: "Vergleich",
 };

@@ -18,6 +18,7 @@ import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
+import { studies } from "./studies";
 import { teach } from "./teach";
 import { viewer } from "./viewer";
 
@@ -50,6 +51,7 @@ export const de: Catalogue = {
   scan,
   settings,
   statistics,
+  studies,
   teach,
   viewer,
 };

@@ -114,6 +114,7 @@ export const pages = {
   result: "Result",
   inspections: "Inspections",
   statistics: "Statistics",
+  studies: "Fitness",
   teach: "Teach a recipe",
   compare: "Comparison",
 };

@@ -17,6 +17,7 @@ import { results } from "./results";
 import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
+import { studies } from "./studies";
 import { teach } from "./teach";
 import { viewer } from "./viewer";
 
@@ -49,6 +50,7 @@ export const en = {
   scan,
   settings,
   statistics,
+  studies,
   teach,
   viewer,
 };

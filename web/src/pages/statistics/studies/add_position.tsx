@@ -1,0 +1,128 @@
+/** Adds a scan of an artefact to an acceptance test. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data, idempotencyKey } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../components/command_button";
+import { useForm } from "../../../components/fields/form";
+import { NumberField } from "../../../components/fields/number_field";
+import { useAutoReloaded } from "../../../components/loading/auto_reloaded";
+import { Show } from "../../../components/loading/loading";
+import { readParts } from "../../../state/records/scanned";
+import { Command } from "../../../state/station/command";
+import { language, text } from "../../../text";
+import { dateTime } from "../../../units";
+import { PROCEDURES, type Procedure } from "./plan";
+import type { Study } from "./study";
+
+/** Scans offered: an acceptance test has up to 38 positions. */
+const SCANS_OFFERED = 50;
+
+export function AddPosition({ study, reload }: { study: Study; reload: () => Promise<void> }) {
+  const { api } = useApp();
+  const words = text.value.studies;
+  const form = useForm();
+  const planned = PROCEDURES.filter((procedure) => study.plan.acceptance?.[procedure] != null);
+  const next = study.missing_positions[0]?.procedure ?? planned[0] ?? "sphere";
+  /** Undefined: the first that is not complete. */
+  const chosen = useSignal<Procedure | undefined>(undefined);
+  const scan = useSignal("");
+  const temperature_c = useSignal<number | undefined>(undefined);
+  const reference_mm = useSignal<number | undefined>(undefined);
+  const procedure = chosen.value ?? next;
+  const scans = useAutoReloaded(
+    async () => (await readParts(api, SCANS_OFFERED, { state: "complete" })).parts.map(({ scan }) => scan),
+    ({ kind }) => kind.startsWith("scan."),
+    [api],
+  );
+  const added = new Set(study.positions.map(({ scan_id }) => scan_id));
+  const add = useMemo(
+    () =>
+      new Command(async () => {
+        const params = { path: { id: study.id }, header: { "Idempotency-Key": idempotencyKey() } };
+        const body = {
+          procedure,
+          scan_id: scan.peek(),
+          ...(temperature_c.peek() !== undefined && { temperature_c: temperature_c.peek() as number }),
+          ...(procedure === "linearity" && { reference_mm: reference_mm.peek() ?? 0 }),
+        };
+        await data(api.POST("/api/v1/studies/{id}/positions", { params, body }));
+        [scan.value, reference_mm.value] = ["", undefined];
+        await reload();
+      }),
+    [api, study.id, procedure],
+  );
+  const missing =
+    scan.value === ""
+      ? words.choose_scan
+      : procedure === "linearity" && reference_mm.value === undefined
+        ? words.height_missing
+        : undefined;
+  return (
+    <section class="card stack" aria-label={words.add_position}>
+      <h2>{words.add_position}</h2>
+      <p class="muted">
+        {words.procedures_hint[procedure]} {words.add_hint}
+      </p>
+      <Show of={scans.state}>
+        {(scans) => {
+          const offered = scans.filter(({ id }) => !added.has(id));
+          if (offered.length === 0) return <p>{words.no_scans}</p>;
+          return (
+            <div class="row end">
+              <label class="field">
+                <span>{words.procedure}</span>
+                <select
+                  value={procedure}
+                  onChange={(event) => (chosen.value = event.currentTarget.value as Procedure)}
+                >
+                  {planned.map((one) => (
+                    <option key={one} value={one}>
+                      {words.procedures[one]}
+                    </option>
+                  ))}
+                </select>
+              </label>
+              <label class="field">
+                <span>{words.scan}</span>
+                <select value={scan.value} onChange={(event) => (scan.value = event.currentTarget.value)}>
+                  <option value="">–</option>
+                  {offered.map(({ id, name, created_at_ms }) => (
+                    <option key={id} value={id}>
+                      {name} · {dateTime(created_at_ms, language.value)}
+                    </option>
+                  ))}
+                </select>
+              </label>
+              <NumberField
+                form={form}
+                label={words.temperature}
+                unit="°C"
+                value={temperature_c.value}
+                min={0}
+                max={50}
+                optional
+                onChange={(value) => (temperature_c.value = value)}
+              />
+              {procedure === "linearity" && (
+                <NumberField
+                  form={form}
+                  label={words.height}
+                  unit="mm"
+                  value={reference_mm.value}
+                  optional
+                  onChange={(value) => (reference_mm.value = value)}
+                />
+              )}
+              <CommandButton command={add} kind="primary" blocked={form.blocked.value ?? missing}>
+                {words.add_position}
+              </CommandButton>
+            </div>
+          );
+        }}
+      </Show>
+      {(procedure === "sphere" || procedure === "sphere_pair") && <p class="muted">{words.temperature_hint}</p>}
+    </section>
+  );
+}
