@@ -35,7 +35,7 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
     let seen = plant.receivers.opcua(&["inspect", "block", "BL-OPC"]);
     let stored = plant.server().get("/api/v1/inspections?serial=BL-OPC").expect(200)["items"][0].clone();
     let height = &stored["results"][0];
-    for way in ["event", "by_id", "latest"] {
+    for way in ["event", "by_id", "latest", "components"] {
         let result = &seen[way];
         assert_eq!((&result["id"], &result["job_id"]), (&stored["id"], &seen["job_id"]), "{way}: {seen:#}");
         assert_eq!((&result["verdict"], &result["verdicts"][0]), (&json!("not_ok"), &height["verdict"]), "{way}");
@@ -43,6 +43,13 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
         assert_eq!(numbers, (&height["value"], &height["expanded_uncertainty"]), "{way}");
     }
     assert_eq!(plant.receivers.plc(&["read"])["serial"], "BL-OPC");
+
+    // An MQTT client starts a part, once however often it asks.
+    let command = json!({ "id": "order-5", "command": "inspect", "recipe": "block", "serial": "BL-MQTT" });
+    let [accepted, repeated] = [plant.receivers.mqtt(&command), plant.receivers.mqtt(&command)];
+    assert_eq!((&accepted["accepted"], &accepted["repeated"]), (&json!(true), &json!(false)), "{accepted:#}");
+    assert_eq!((&repeated["job_id"], &repeated["repeated"]), (&accepted["job_id"], &json!(true)), "{repeated:#}");
+    assert_eq!(plant.receivers.plc(&["read"])["serial"], "BL-MQTT");
 
     // An order in a file is one inspection, with the order's number.
     Part::block("BL-3", HEIGHT_MM).place(plant.server());
@@ -53,7 +60,7 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
 
     plant.outage(&["BL-4", "BL-5", "BL-6"].map(|serial| Part::block(serial, HEIGHT_MM)));
     let expected = plant.same_everywhere();
-    assert_eq!(expected.len(), 7, "{expected:?}");
+    assert_eq!(expected.len(), 8, "{expected:?}");
     let events = plant.events();
     let waited = |door: &str| {
         let is_about = |event: &&Value| event["subject"] == door && event["kind"] == "door.waiting";

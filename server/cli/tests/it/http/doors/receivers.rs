@@ -9,7 +9,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-const SECRET: &str = "whsec_c2hlYWYtdGVzdC1zZWNyZXQtd2l0aC0zMi1ieXRlcyE=";
+/// Secrets of the web server, one after the other.
+const SECRETS: [&str; 2] =
+    ["whsec_c2hlYWYtdGVzdC1zZWNyZXQtd2l0aC0zMi1ieXRlcyE=", "whsec_bmV4dC10ZXN0LXNlY3JldC13aXRoLTMyLWJ5dGVzISE="];
 const WEB: &str = include_str!("web_receiver.py");
 const PLC: &str = include_str!("plc.py");
 const OPC_UA: &str = include_str!("../../../../../service/doors/opcua/tests/client.py");
@@ -24,6 +26,7 @@ pub struct Receivers {
     broker_port: u16,
     plc_port: u16,
     opcua_port: u16,
+    secret: &'static str,
     running: Vec<Child>,
 }
 
@@ -32,7 +35,7 @@ impl Receivers {
     pub fn start(python: PathBuf, folder: &Path) -> Self {
         let folder = folder.to_owned();
         let files = [
-            ("secret", SECRET),
+            ("secret", SECRETS[0]),
             ("password", PASSWORD),
             ("web_receiver.py", WEB),
             ("plc.py", PLC),
@@ -51,8 +54,8 @@ impl Receivers {
             folder.display()
         );
         fs::write(folder.join("mosquitto.conf"), broker).unwrap();
-        let running = Vec::new();
-        let mut receivers = Self { python, folder, web_port, broker_port, plc_port, opcua_port, running };
+        let (running, secret) = (Vec::new(), SECRETS[0]);
+        let mut receivers = Self { python, folder, web_port, broker_port, plc_port, opcua_port, secret, running };
         receivers.restore();
         receivers.subscribe();
         receivers
@@ -68,7 +71,7 @@ impl Receivers {
              [[doors.webhook]]\nname = \"mes\"\nurl = \"http://127.0.0.1:{web_port}/sheaf\"\n\
              secret_file = \"{folder}/secret\"\nallowed_private = [\"127.0.0.1/32\"]\n\
              events = [\"inspection.finished\", \"control_chart.rule_violated\"]\n\
-             [[doors.mqtt]]\nname = \"broker\"\nurl = \"mqtt://127.0.0.1:{broker_port}\"\n\
+             [[doors.mqtt]]\nname = \"broker\"\nurl = \"mqtt://127.0.0.1:{broker_port}\"\ncommands = true\n\
              [[doors.modbus]]\nname = \"plc\"\nlisten = \"127.0.0.1:{plc_port}\"\nwrites = true\n\
              [[doors.opcua]]\nname = \"scada\"\nlisten = \"127.0.0.1:{opcua_port}\"\ncommands = true\n\
              certificates = \"{folder}/pki\"\n\
@@ -76,8 +79,10 @@ impl Receivers {
         )
     }
 
-    /// Ends web server and broker, and takes the share away.
+    /// Ends web server and broker, and takes the share away. The web server gets its next secret; both sign meanwhile.
     pub fn cut(&mut self) {
+        self.secret = SECRETS[1];
+        fs::write(self.folder.join("secret"), SECRETS.join("\n")).unwrap();
         for mut child in self.running.drain(..) {
             // The broker writes what it keeps for absent subscribers.
             let pid = nix::unistd::Pid::from_raw(child.id().cast_signed());
@@ -94,7 +99,7 @@ impl Receivers {
             fs::rename(away, self.folder.join("share")).unwrap();
         }
         let mut web = Command::new(&self.python);
-        web.arg(self.folder.join("web_receiver.py")).args([&self.web_port.to_string(), SECRET]);
+        web.arg(self.folder.join("web_receiver.py")).args([&self.web_port.to_string(), self.secret]);
         web.arg(self.web_file());
         let mut broker = Command::new(program("mosquitto"));
         broker.arg("-c").arg(self.folder.join("mosquitto.conf"));
@@ -125,6 +130,16 @@ impl Receivers {
             .output()
             .unwrap();
         String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The answer to an MQTT command.
+    pub fn mqtt(&self, command: &Value) -> Value {
+        let mut client = Command::new(program("mosquitto_rr"));
+        client.args(["-p", &self.broker_port.to_string(), "-q", "1", "-t", "sheaf/station/cmd", "-e", "answers"]);
+        client.args(["-m", &command.to_string(), "-D", "publish", "message-expiry-interval", "5", "-W", "60"]);
+        let output = client.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
     }
 
     fn web_file(&self) -> PathBuf {
