@@ -7,6 +7,7 @@ pub(in crate::jobs) mod bench;
 mod from_capture;
 mod from_station;
 mod measured;
+mod probed;
 mod recorded;
 mod room;
 mod stopped;
