@@ -1,8 +1,8 @@
 //! Constants of the corner search, each with its unit and reason.
 
-/// Half-side of the refinement window as a fraction of the neighbour distance. Below one half so that the next edge,
-/// blurred, stays outside.
-pub(super) const WINDOW_SQUARES: f64 = 0.4;
+/// Half-side of the refinement window as a fraction of the neighbour distance: windows of neighbours meet and share no
+/// pixel, so that their errors are independent.
+pub(super) const WINDOW_SQUARES: f64 = 0.5;
 
 /// Fraction of the white margin around a ChArUco marker covered by the windows of its corners: the marker, blurred,
 /// stays outside.
@@ -13,7 +13,7 @@ pub(super) const CHARUCO_WINDOW_FRACTION: f64 = 0.85;
 pub(super) const CHARUCO_MAX_MISS_MEDIANS: f64 = 5.0;
 
 /// Longest half-side of the refinement window. Beyond it illumination and edge curvature depart from the model.
-pub(super) const WINDOW_MAX_PX: f64 = 32.0;
+pub(super) const WINDOW_MAX_PX: f64 = 48.0;
 
 /// Shortest half-side of the refinement window: fewer pixels do not determine the model.
 pub(super) const WINDOW_MIN_PX: f64 = 3.0;

@@ -4,5 +4,6 @@
 
 mod centreline_rig;
 mod circles;
+mod corners_rig;
 mod line_widths;
 mod touching;
