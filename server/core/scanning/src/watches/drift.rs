@@ -17,6 +17,7 @@ use crate::params::watches::{DRIFT_PLACES, DRIFT_STEP, MAX_SCALE_SIGMA, MIN_CORR
 use crate::threads::map_with;
 use crate::watches::fit::{Difference, Fitted, fit};
 use crate::watches::places::{OrderSamples, Place};
+use crate::watches::student::widened_sigma;
 
 /// A value and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +107,8 @@ pub fn drift(samples_of_orders: &OrderSamples, calibration: &Calibration) -> Opt
     }
     let with_free_tilt = has_wavelength.then(|| with(&[WAVELENGTH, TILT])).flatten();
     let free: &[usize] = if has_wavelength { &[SCALE, WAVELENGTH] } else { &[SCALE] };
-    let stage_scale = with(free).map(|fitted| estimate(&fitted, 0)).filter(|scale| scale.sigma <= MAX_SCALE_SIGMA);
+    let determines_scale = |fitted: &Fitted| fitted.covariance[(0, 0)] <= MAX_SCALE_SIGMA.powi(2);
+    let stage_scale = with(free).filter(determines_scale).map(|fitted| estimate(&fitted, 0));
     Some(Drift {
         wavelength,
         wavelength_with_free_tilt: with_free_tilt.map(|fitted| estimate(&fitted, 0)),
@@ -124,7 +126,8 @@ pub fn drift(samples_of_orders: &OrderSamples, calibration: &Calibration) -> Opt
 }
 
 fn estimate(fitted: &Fitted, idx: usize) -> Estimate {
-    Estimate { value: fitted.parameters[idx], sigma: fitted.covariance[(idx, idx)].max(0.0).sqrt() }
+    let (value, sigma) = (fitted.parameters[idx], fitted.covariance[(idx, idx)].max(0.0).sqrt());
+    Estimate { value, sigma: widened_sigma(value, sigma, fitted.degrees_of_freedom[idx]) }
 }
 
 /// The tilt whose effect on the differences is most similar to one unit of wavelength.

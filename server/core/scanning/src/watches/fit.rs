@@ -29,6 +29,22 @@ pub struct Fitted {
     pub parameters: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
+    /// Degrees of freedom of their variances.
+    pub degrees_of_freedom: DVector<f64>,
+}
+
+/// Differences that share their noise.
+struct Cluster {
+    /// Σ w a r.
+    gradient: DVector<f64>,
+    /// Σ w a aᵀ.
+    normal: DMatrix<f64>,
+}
+
+impl Cluster {
+    fn none(n: usize) -> Self {
+        Self { gradient: DVector::zeros(n), normal: DMatrix::zeros(n, n) }
+    }
 }
 
 /// Fits the parameters `chosen` of `differences`; those with `known` have a prior of 0 ± 1. `None` if there are
@@ -60,21 +76,32 @@ pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Opti
         parameters = &inverse * right;
         residuals = rows.iter().zip(differences).map(|(row, of)| of.value - row.dot(&parameters)).collect();
     }
-    let mut clusters: BTreeMap<u64, DVector<f64>> = BTreeMap::new();
+    let mut clusters: BTreeMap<u64, Cluster> = BTreeMap::new();
     for (((row, of), weight), residual) in rows.iter().zip(differences).zip(&weights).zip(&residuals) {
-        clusters.entry(of.cluster).or_insert_with(|| DVector::zeros(n)).axpy(weight * residual, row, 1.0);
+        let cluster = clusters.entry(of.cluster).or_insert_with(|| Cluster::none(n));
+        cluster.gradient.axpy(weight * residual, row, 1.0);
+        cluster.normal.ger(*weight, row, row, 1.0);
     }
     let n_free = chosen.iter().filter(|idx| !known[**idx]).count();
-    let n_clusters = clusters.len();
-    if n_clusters < 2 * n_free + 2 {
+    if clusters.len() < 2 * n_free + 2 {
         return None;
     }
-    let small_sample_factor = n_clusters as f64 / (n_clusters - n_free) as f64;
-    let mut spread = prior;
-    for shared in clusters.values() {
-        spread.ger(small_sample_factor, shared, shared, 1.0);
+    let mut noise = DMatrix::zeros(n, n);
+    let mut squares = DVector::zeros(n);
+    for cluster in clusters.values() {
+        // Without the cluster, the parameters would change by this: the jackknife.
+        let others = DMatrix::identity(n, n) - &inverse * &cluster.normal;
+        let change = others.lu().solve(&(&inverse * &cluster.gradient))?;
+        noise.ger(1.0, &change, &change, 1.0);
+        squares += (&inverse * &cluster.normal * &inverse).diagonal().map(|share| share * share);
     }
-    Some(Fitted { parameters, covariance: &inverse * spread * &inverse })
+    let by_prior = &inverse * &prior * &inverse;
+    let degrees_of_freedom = DVector::from_fn(n, |idx, _| {
+        let n_effective = (inverse[(idx, idx)] - by_prior[(idx, idx)]).powi(2) / squares[idx];
+        // Only the noise is estimated (Satterthwaite).
+        (n_effective - 1.0) * (1.0 + by_prior[(idx, idx)] / noise[(idx, idx)]).powi(2)
+    });
+    Some(Fitted { parameters, covariance: noise + by_prior, degrees_of_freedom })
 }
 
 #[cfg(test)]

