@@ -1,6 +1,5 @@
 //! Values compared with known truth. Not covered: errors of real centrelines at edges and on shiny metal.
 
-mod acceptance;
 mod cad;
 mod coverage;
 mod document;
@@ -14,5 +13,5 @@ mod shaped_scan;
 mod speed;
 pub(crate) mod station;
 mod surfaces;
-mod synthetic;
+pub(crate) mod synthetic;
 mod turntable;

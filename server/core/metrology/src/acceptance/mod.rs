@@ -11,6 +11,8 @@ mod heights;
 mod plan;
 mod probe;
 mod test_uncertainty;
+#[cfg(test)]
+mod tests;
 
 pub use dispersion::Dispersion;
 pub use evaluate::{AcceptanceResult, MissingPositions, PositionError, Quantity, QuantityResult, evaluate};

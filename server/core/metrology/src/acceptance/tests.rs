@@ -3,9 +3,9 @@
 
 use nalgebra::Vector3;
 
-use super::station::station;
-use super::synthetic::{SIGMA_MM, TABLE_POINT, plane_hit, scan, sphere_hit, table_normal, with_outliers};
-use crate::acceptance::*;
+use super::*;
+use crate::tests::station::station;
+use crate::tests::synthetic::{SIGMA_MM, TABLE_POINT, plane_hit, scan, sphere_hit, table_normal, with_outliers};
 use crate::{MeasureError, params};
 
 const BALL: Vector3<f64> = Vector3::new(2.0, -3.0, 385.0);
