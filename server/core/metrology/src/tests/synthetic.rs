@@ -7,34 +7,34 @@ use rand_pcg::Pcg64Mcg;
 use scanning::{Cloud, CloudPoint};
 
 /// Noise of the synthetic points along the ray, mm.
-pub(super) const SIGMA_MM: f64 = 0.03;
+pub(crate) const SIGMA_MM: f64 = 0.03;
 
 /// Table normal, towards the camera.
-pub(super) fn table_normal() -> Vector3<f64> {
+pub(crate) fn table_normal() -> Vector3<f64> {
     Vector3::new(0.02, -0.05, -1.0).normalize()
 }
 
 /// A point of the table.
-pub(super) const TABLE_POINT: Vector3<f64> = Vector3::new(0.0, 0.0, 400.0);
+pub(crate) const TABLE_POINT: Vector3<f64> = Vector3::new(0.0, 0.0, 400.0);
 
 /// Intersection of a ray from the origin with the nearest of several surfaces: distance along the unit ray.
-pub(super) type Surface<'a> = &'a dyn Fn(&Vector3<f64>) -> Option<f64>;
+pub(crate) type Surface<'a> = &'a dyn Fn(&Vector3<f64>) -> Option<f64>;
 
 /// Distance along a ray to a plane.
-pub(super) fn plane_hit(ray: &Vector3<f64>, point: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+pub(crate) fn plane_hit(ray: &Vector3<f64>, point: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
     let reach = point.dot(normal) / ray.dot(normal);
     (reach > 0.0).then_some(reach)
 }
 
 /// Distance along a ray to the near side of a sphere.
-pub(super) fn sphere_hit(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
+pub(crate) fn sphere_hit(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
     let along = ray.dot(centre);
     let rest = along * along - centre.norm_squared() + radius * radius;
     (rest > 0.0).then(|| along - rest.sqrt())
 }
 
 /// Distance along a ray to the near side of a cylinder of limited length about its point.
-pub(super) fn cylinder_hit(
+pub(crate) fn cylinder_hit(
     ray: &Vector3<f64>,
     point: &Vector3<f64>,
     axis: &Vector3<f64>,
@@ -52,7 +52,7 @@ pub(super) fn cylinder_hit(
 /// A scan of `surface` over ±`half_width_mm` across at the table, rays `pitch_mm` apart there.
 ///
 /// Orders alternate line by line; neighbouring pixels are one column apart and their noise is independent.
-pub(super) fn scan(surface: Surface, half_width_mm: f64, pitch_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
+pub(crate) fn scan(surface: Surface, half_width_mm: f64, pitch_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let steps = (half_width_mm / pitch_mm) as i32;
     let mut points = Vec::new();
@@ -83,7 +83,7 @@ fn point(position: &Vector3<f64>, row: i32, column: i32, steps: i32) -> CloudPoi
 }
 
 /// Adds outliers: a fraction of all points is moved up to `reach_mm` towards the camera.
-pub(super) fn with_outliers(mut cloud: Cloud, share: f64, reach_mm: f64, seed: u64) -> Cloud {
+pub(crate) fn with_outliers(mut cloud: Cloud, share: f64, reach_mm: f64, seed: u64) -> Cloud {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     for point in &mut cloud.points {
         if rng.random::<f64>() < share {

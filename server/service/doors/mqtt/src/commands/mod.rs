@@ -7,7 +7,9 @@
 mod command;
 mod line;
 
-pub use command::{Command, Inspect, Request};
+#[cfg(test)]
+pub use command::Inspect;
+pub use command::{Command, Request};
 pub use line::{AppLine, Line, Started};
 
 use std::sync::Arc;
