@@ -1,7 +1,7 @@
 //! Acceptance of a station: what a calibrated artefact shows after VDI/VDE 2634 and ISO 10360-13, and the linearity and
 //! repeatability of a plate as makers of line scanners state them.
 //!
-//! [`probe`] turns the cloud of one position into figures; [`evaluate`] compares the figures of all positions with the
+//! [`probe()`] turns the cloud of one position into figures; [`evaluate()`] compares the figures of all positions with the
 //! limits (MPE).
 
 mod dispersion;
