@@ -294,7 +294,10 @@ impl Motion {
                     return Err(stalled);
                 }
                 // Based on reports; silence is reported by the driver.
-                if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
+                if state.moving
+                    && !there
+                    && state.measured_at.saturating_duration_since(progress.at) > progress.limit
+                {
                     return Err(stalled);
                 }
                 (there && !state.moving).then_some(CompletedMotion::Moved(position_mm))

@@ -208,6 +208,7 @@ impl LostStepsWatch {
         let earliest = (self.since + MIN_FRAMES).max((frame + 1).saturating_sub(DETECTION_FRAMES));
         let latest = (frame + 1).checked_sub(MIN_FRAMES)?;
         let alarm_mm = ALARM_RELATIVE * self.depth_mm;
+        let is_blind = |sigma_mm: f64| ALARM_SIGMAS * sigma_mm > BLIND_RELATIVE * self.depth_mm;
         let jumps = (earliest..=latest).filter_map(|first_frame| {
             let step = self.step_at(first_frame)?;
             let is_clear =
@@ -216,7 +217,7 @@ impl LostStepsWatch {
             if !is_clear(step.independent_sigma_mm()) {
                 return None;
             }
-            let sigma_mm = self.sigma_mm(&step).filter(|sigma_mm| is_clear(*sigma_mm))?;
+            let sigma_mm = self.sigma_mm(&step).filter(|&sigma_mm| is_clear(sigma_mm) && !is_blind(sigma_mm))?;
             Some(LostSteps {
                 first_frame,
                 detected_frame: frame,
