@@ -59,54 +59,6 @@ pub const TOUCHING_SMOOTH_WIDTHS: f32 = 0.12;
 pub const TOUCHING_DIP: f32 = 0.03;
 /// The same in standard deviations, for both maxima.
 pub const TOUCHING_SIGMAS: f32 = 4.5;
-/// Width of the profile of lines as measured, relative to the typical one, from which a line may be two.
-pub const TOUCHING_SUSPECT_WIDTHS: f32 = 1.35;
-/// Rows lit by a line, in its widths, where the question is whether a second one is beside it.
-pub const TOUCHING_LIT_WIDTHS: f32 = 2.4;
-/// Rows beyond the outermost of several adjacent lines, in widths, over which they are fitted: their light ends there.
-pub const TOUCHING_WINDOW_WIDTHS: f64 = 1.4;
-/// Blocks on either side over which the depth of the minimum between two courses is averaged.
-pub const TOUCHING_DIP_BLOCKS: usize = 10;
-/// Depth of that minimum relative to the lower maximum: two Gaussian profiles 1.25 widths apart have 33 %, half of that
-/// between pixels if they are 2.5 px wide.
-pub const TOUCHING_COURSE_MEAN_DIP: f64 = 0.08;
-/// Smallest height of a maximum in a block, in standard deviations: as in one column of the search.
-pub const TOUCHING_COURSE_SNR: f32 = 4.0;
-/// Depth of the minimum between two maxima of a block, relative to the lower one: less is usual within one line with
-/// speckle.
-pub const TOUCHING_COURSE_DIP: f32 = 0.22;
-/// Reach of the triangular mean over rows, in widths, that precedes the search for maxima: it reduces speckle and widens
-/// a line by a tenth.
-pub const TOUCHING_COURSE_SMOOTH_WIDTHS: f32 = 0.25;
-/// Largest distance of a maximum from the extrapolated course, in widths: half the distance of two lines that still
-/// have separate maxima.
-pub const TOUCHING_COURSE_GATE_WIDTHS: f32 = 0.6;
-/// Blocks without a maximum that a course may bridge.
-pub const TOUCHING_COURSE_GAP_BLOCKS: usize = 2;
-/// Fewest blocks of a course: as many columns as a trace needs at the threshold of candidates.
-pub const TOUCHING_COURSE_BLOCKS: usize = 6;
-/// Lines found separately but closer than this, in widths, are fitted again together: each other's light moves them.
-pub const TOUCHING_NEIGHBOUR_WIDTHS: f64 = 3.4;
-/// Lines closer than this, in widths, are fitted together.
-pub const TOUCHING_TOGETHER_WIDTHS: f64 = 3.5;
-/// Lines closer than this, in widths, cannot be told from a single one without knowing its profile better than the
-/// model does.
-pub const TOUCHING_CLOSEST_WIDTHS: f64 = 0.85;
-/// Two lines that are last seen this close, in widths, and come closer, run into each other.
-pub const TOUCHING_ENDS_WIDTHS: f64 = 2.0;
-/// Width of a line, relative to that of two lines that ran into it, from which it still consists of both: widths of
-/// single lines scatter by less.
-pub const TOUCHING_MERGED_WIDTHS: f64 = 1.12;
-/// Smallest and largest width of adjacent lines relative to the typical one.
-pub const TOUCHING_WIDTH_RATIOS: [f64; 2] = [0.6, 1.7];
-/// Smallest height of a line relative to the highest beside it: fainter ones are the other's flank.
-pub const TOUCHING_LEAST_HEIGHT: f64 = 0.15;
-/// Largest distance of a fitted line from its course, in widths.
-pub const TOUCHING_ASTRAY_WIDTHS: f64 = 0.6;
-/// Blocks beyond its ends over which a course is continued: until the search itself finds the lines.
-pub const TOUCHING_CONTINUED_BLOCKS: usize = 24;
-/// Blocks on either side over which positions and widths of blocks are averaged.
-pub const TOUCHING_SMOOTH_BLOCKS: usize = 6;
 /// Rows lit by a line, in its widths: a Gaussian profile does not exceed the noise over more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// Rows of the level that cells and their margins add to that.

@@ -11,7 +11,6 @@ mod levels;
 mod lines;
 mod small;
 mod spread;
-mod touching;
 mod view;
 
 use crate::{GreyImage, Pixels};
@@ -180,7 +179,7 @@ fn extract<T: Level>(
         return;
     }
     by(view, memory, found);
-    levels.complete(view, memory, found);
+    levels.add_wide_lines(view, memory, found);
     if method == CentrelineMethod::CentreOfGravity {
         centroid::place_at_centroids(view, memory.noise(), found);
     }

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 const WIDTH: usize = 1024;
-const HEIGHT: usize = 768;
+pub const HEIGHT: usize = 768;
 /// Grey levels of the background, of a line's middle, and of the noise.
 const DARK: f64 = 8.0;
 const BRIGHT: f64 = 140.0;

@@ -18,18 +18,15 @@ mod smoothing;
 #[cfg(test)]
 mod tests;
 
-use std::ops::Range;
-
 use multiversion::{inherit_target, multiversion};
 
 use super::lines::candidates::Boxes;
-use super::lines::crossing::Crossing;
 use super::lines::ends::without_bent_ends;
 use super::lines::noise::NoiseMap;
 use super::lines::scatter::{Differences, Scatter};
 use super::lines::segments::Linker;
 use super::view::{Level, View};
-use super::{CentrelinePoint, Centrelines, Segment};
+use super::{Centrelines, Segment};
 use crate::params::NOISE_TILE_PX;
 use across::block::Image;
 use across::crossings::Measurer;
@@ -140,46 +137,6 @@ extraction!(
     extract_sixteen,
     u16
 );
-
-/// Consecutive crossings of one line, measured together with those of its neighbours.
-pub struct Touching {
-    /// Column of the first.
-    pub first_u: usize,
-    /// One per column.
-    pub crossings: Vec<Crossing>,
-    /// Whether each is at full scale.
-    pub saturated: Vec<bool>,
-}
-
-impl Touching {
-    /// Some of the columns, counted from the first.
-    pub fn part(&self, columns: Range<usize>) -> Self {
-        Self {
-            first_u: self.first_u + columns.start,
-            crossings: self.crossings[columns.clone()].to_vec(),
-            saturated: self.saturated[columns].to_vec(),
-        }
-    }
-}
-
-/// Points of lines measured elsewhere, averaged along the lines, and the columns over which neighbouring points share
-/// their noise.
-pub fn averaged(lines: &[Touching], width_px: f32) -> (Vec<Vec<CentrelinePoint>>, f64) {
-    let mut crossings = Crossings::default();
-    let pieces: Vec<Piece> = lines.iter().map(|line| crossings.add(line)).collect();
-    let of_pieces = pieces.iter().map(|piece| PieceOf { crossings: &crossings, piece });
-    let scatter = Scatter::measure(of_pieces, 0.0, &mut Differences::default());
-    let (mut averager, mut gains) = (Averager::default(), Vec::new());
-    averager.prepare(width_px, &scatter);
-    let average = |piece: &Piece| {
-        let mut points = Vec::new();
-        averager.average(&crossings, piece, &scatter, &mut points, &mut gains);
-        points
-    };
-    let points = pieces.iter().map(average).collect();
-    let gain = median(&mut gains).map_or(1.0, f64::from);
-    (points, (gain * scatter.correlation_px()).max(1.0))
-}
 
 impl<T: Level> Memory<T> {
     /// Sets the full width at half height of the lines to search for, instead of estimating it from each image.

@@ -8,7 +8,7 @@ use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
     LEVEL_BAND, LEVEL_CLAIMED_FRACTION, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT,
     LEVEL_LIT_PX, LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS,
-    STRIP_WIDTH_PX, TOUCHING_LIT_WIDTHS,
+    STRIP_WIDTH_PX,
 };
 
 /// All marks by column; its memory is reused.
@@ -87,34 +87,6 @@ impl Columns {
         2 * self.spots[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
     }
 
-    /// Rows, by strip, in which most columns have too few points for the light there, next to a strip where that is so as
-    /// well.
-    pub fn unexplained(&self, strips: &[Strip], unexplained: &mut Vec<(usize, Range<usize>)>) {
-        let is_short = |strip: &Strip, lit: &Range<usize>| {
-            let lit_px = lit.start as f32..lit.end as f32;
-            let explained_px = |spot: &Spot| {
-                TOUCHING_LIT_WIDTHS * spot.width_px + spot.slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX
-            };
-            let n_short = [1, 4, 7].iter().filter(|&&eighth| {
-                let column = &self.spots[strip.u0 + eighth * (strip.u1 - strip.u0) / 8];
-                let own = column.iter().filter(|spot| lit_px.contains(&spot.v_px));
-                own.map(explained_px).sum::<f32>() < lit.len() as f32
-            });
-            n_short.count() >= 2
-        };
-        unexplained.clear();
-        for (idx, strip) in strips.iter().enumerate() {
-            unexplained.extend(strip.rows.iter().filter(|lit| is_short(strip, lit)).map(|lit| (idx, lit.clone())));
-        }
-        let all = std::mem::take(unexplained);
-        let is_beside = |(idx, lit): &&(usize, Range<usize>)| {
-            let at = all.partition_point(|(other, _)| other + 1 < *idx);
-            let near = all[at..].iter().take_while(|(other, _)| *other <= idx + 1);
-            near.into_iter().any(|(other, rows)| other != idx && rows.start < lit.end && lit.start < rows.end)
-        };
-        unexplained.extend(all.iter().filter(is_beside).cloned());
-    }
-
     /// Marks of `found` that duplicate a mark of a longer line in their column.
     pub fn duplicates(&self, found: &Centrelines) -> Vec<Place> {
         let mut seconds = Vec::new();
@@ -137,7 +109,7 @@ impl Columns {
         lines: Vec<Line>,
         coarse: Vec<Line>,
         base_px: f32,
-        single: impl FnMut(Line) -> Vec<Line>,
+        single: impl Fn(Line) -> Vec<Line>,
     ) -> Vec<Line> {
         let mut removed = Vec::new();
         let mut added = Vec::new();

@@ -9,16 +9,12 @@ mod columns;
 mod marks;
 mod touching;
 
-use std::ops::Range;
-
 use super::fast::{self, Memory};
-use super::touching::{Course, add_touching_lines};
 use super::view::{Level, View};
-use super::{CentrelinePoint, Centrelines, LineDirection, Segment};
-use crate::params::{STRIP_WIDTH_PX, TOUCHING_BLOCK_COLUMNS, TOUCHING_LEAST_BLOCKS, TOUCHING_SUSPECT_WIDTHS};
+use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use columns::Columns;
-use marks::{Line, Place, as_lines, without};
+use marks::{Line, as_lines, without};
 use touching::without_touching_lines;
 
 /// Search for wide lines; its memory is reused from image to image.
@@ -29,46 +25,19 @@ pub struct Levels {
     pixels: Vec<u16>,
     coarse: Centrelines,
     columns: Columns,
-    /// Rows, by strip, whose light no line explains.
-    unexplained: Vec<(usize, Range<usize>)>,
-}
-
-/// Whether a line is so wide over enough columns that it may be two: every 16th point is looked at.
-fn may_be_two(points: &[CentrelinePoint], base_px: f32) -> bool {
-    let limit_px = TOUCHING_SUSPECT_WIDTHS * base_px;
-    let some = points.iter().skip(STRIP_WIDTH_PX / 2).step_by(STRIP_WIDTH_PX);
-    let is_wide = |point: &&CentrelinePoint| point.width_px > limit_px * point.normal[1].abs() as f32;
-    some.filter(is_wide).count() * STRIP_WIDTH_PX >= TOUCHING_LEAST_BLOCKS * TOUCHING_BLOCK_COLUMNS
 }
 
 impl Levels {
-    /// Adds wider lines and touching lines to `found`, the lines of `view` that `memory` has just found, and keeps one
-    /// point per column and line.
-    pub fn complete<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
+    /// Adds wider lines to `found`, the lines of `view` that `memory` has just found, and keeps one point per column
+    /// and line.
+    pub fn add_wide_lines<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
         let base_px = memory.width_px();
         self.columns.index_found(found, view.width);
-        let mut split = Vec::new();
         let duplicates = self.columns.duplicates(found);
-        let is_light_unexplained = self.columns.has_unexplained_light(memory.strips(), 1, base_px);
-        let is_suspect = found.segments.iter().any(|segment| may_be_two(&segment.points, base_px));
-        if is_light_unexplained || is_suspect || !duplicates.is_empty() {
-            self.add_wide_lines(view, memory, duplicates, is_light_unexplained, &mut split, found);
-            self.columns.index_found(found, view.width);
+        let mut is_light_unexplained = self.columns.has_unexplained_light(memory.strips(), 1, base_px);
+        if !is_light_unexplained && duplicates.is_empty() {
+            return;
         }
-        self.columns.unexplained(memory.strips(), &mut self.unexplained);
-        add_touching_lines(view, memory, &self.unexplained, split, found);
-    }
-
-    fn add_wide_lines<T: Level>(
-        &mut self,
-        view: &View<T>,
-        memory: &Memory<T>,
-        duplicates: Vec<Place>,
-        mut is_light_unexplained: bool,
-        split: &mut Vec<Course>,
-        found: &mut Centrelines,
-    ) {
-        let base_px = memory.width_px();
         let mut lines = without(as_lines(found, 1.0), &duplicates);
         let mut correlation = Correlation::default();
         correlation.add(found.correlation_px, &lines);
@@ -85,17 +54,11 @@ impl Levels {
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
             self.columns.index_lines(&lines, view.width);
-            lines = self.columns.merged(lines, coarse, base_px, |line| without_touching_lines(line, view, split));
+            lines = self.columns.merged(lines, coarse, base_px, |line| without_touching_lines(line, view));
             self.columns.index_lines(&lines, view.width);
             is_light_unexplained = self.columns.has_unexplained_light(self.memory.strips(), rows, base_px);
             shift += 1;
         }
-        let single = |line: Line| {
-            let points: Vec<_> = line.iter().map(|mark| mark.point).collect();
-            let is_suspect = line[0].rows == 1.0 && may_be_two(&points, base_px);
-            if is_suspect { without_touching_lines(line, view, split) } else { vec![line] }
-        };
-        lines = lines.into_iter().flat_map(single).collect();
         found.correlation_px = correlation.mean_px().unwrap_or(found.correlation_px);
         let segment = |line: Line| Segment { points: line.iter().map(|mark| mark.point).collect() };
         found.segments = lines.into_iter().map(segment).collect();

@@ -1,6 +1,5 @@
 //! Two touching lines, which a coarser level detects as one line of twice the width.
 
-use super::super::touching::{Course, beside};
 use super::super::view::{Level, View};
 use super::marks::{Line, Mark};
 use crate::params::{
@@ -8,9 +7,9 @@ use crate::params::{
     TOUCHING_SIGMAS, TOUCHING_SMOOTH_WIDTHS,
 };
 
-/// A line without the stretches that are two adjacent lines: where the profile in the image itself has two maxima with
-/// a minimum between them, significant against noise and speckle. The courses of the two are added to `split`.
-pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>, split: &mut Vec<Course>) -> Vec<Line> {
+/// A line of a coarser level without the stretches that are two adjacent lines: where the profile in the image itself
+/// has two maxima with a minimum between them, significant against noise and speckle.
+pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>) -> Vec<Line> {
     // The last stretch includes a remainder that is too short for a separate one.
     let n_stretches = (line.len() / TOUCHING_COLUMNS).max(1);
     let start = |stretch: usize| if stretch == n_stretches { line.len() } else { stretch * TOUCHING_COLUMNS };
@@ -18,10 +17,8 @@ pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>, split: &mut 
     let mut pieces: Vec<Line> = Vec::new();
     let mut continues = false;
     for stretch in stretches {
-        if let Some(offsets) = two_maxima(stretch, view) {
+        if is_touching_pair(stretch, view) {
             continues = false;
-            let rows: Vec<f64> = stretch.iter().map(|mark| mark.point.v_px).collect();
-            split.extend(beside(stretch[0].point.u_px as usize, &rows, offsets));
         } else if continues {
             pieces.last_mut().expect("it goes on").extend_from_slice(stretch);
         } else {
@@ -32,8 +29,7 @@ pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>, split: &mut 
     pieces
 }
 
-/// Rows of the two maxima relative to the line, if a stretch of it is two lines.
-fn two_maxima<T: Level>(stretch: &[Mark], view: &View<T>) -> Option<[f64; 2]> {
+fn is_touching_pair<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
     let width_px = stretch.iter().map(Mark::width_px).sum::<f32>() / stretch.len() as f32;
     let reach = (TOUCHING_REACH_WIDTHS * width_px) as usize;
     let n_smoothed = ((TOUCHING_SMOOTH_WIDTHS * width_px) as usize).max(1);
@@ -52,22 +48,20 @@ fn two_maxima<T: Level>(stretch: &[Mark], view: &View<T>) -> Option<[f64; 2]> {
     };
     let blocks: Vec<Vec<f32>> = stretch.chunks_exact(TOUCHING_BLOCK_COLUMNS).filter_map(block).collect();
     if blocks.len() < TOUCHING_LEAST_BLOCKS {
-        return None;
+        return false;
     }
     let mut whole = vec![0.0f32; blocks[0].len()];
     blocks.iter().for_each(|block| whole.iter_mut().zip(block).for_each(|(sum, level)| *sum += level));
     let top = |rows: std::ops::Range<usize>| rows.max_by(|&a, &b| whole[a].total_cmp(&whole[b]));
     let half = whole.len() / 2;
-    let (above, below) = (top(0..half)?, top(half..whole.len())?);
-    let valley = (above..=below).min_by(|&a, &b| whole[a].total_cmp(&whole[b]))?;
+    let (Some(above), Some(below)) = (top(0..half), top(half..whole.len())) else { return false };
+    let Some(valley) = (above..=below).min_by(|&a, &b| whole[a].total_cmp(&whole[b])) else { return false };
     let floor = whole.iter().copied().fold(f32::INFINITY, f32::min);
-    let is_separate = [above, below].into_iter().all(|top| {
+    [above, below].into_iter().all(|top| {
         let dips = || blocks.iter().map(|block| block[top] - block[valley]);
         let n = blocks.len() as f32;
         let dip = dips().sum::<f32>() / n;
         let variance = dips().map(|of_block| (of_block - dip).powi(2)).sum::<f32>() / (n - 1.0);
         n * dip > TOUCHING_DIP * (whole[top] - floor) && dip > TOUCHING_SIGMAS * (variance / n).sqrt()
-    });
-    let middle = 0.5 * (n_smoothed - 1) as f64 - reach as f64;
-    is_separate.then(|| [above, below].map(|top| top as f64 + middle))
+    })
 }

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::window::LANES as COLUMNS;
-use crate::centreline::fast::Touching;
 use crate::centreline::fast::lanes::{LANES, Numbers};
 use crate::centreline::lines::crossing::{Crossing, Line};
 use crate::centreline::lines::ends::without_faded_ends;
@@ -139,24 +138,6 @@ impl Crossings {
         self.intensity[start..self.n].fill(0.0);
         self.area[start..self.n].fill(0.0);
         start
-    }
-
-    /// Appends a line measured elsewhere.
-    pub fn add(&mut self, line: &Touching) -> Piece {
-        let start = self.extend(line.crossings.len());
-        for (place, (crossing, &saturated)) in (start..).zip(line.crossings.iter().zip(&line.saturated)) {
-            self.found[place] = true;
-            self.v[place] = crossing.v;
-            self.camera_variance[place] = crossing.camera_variance as f32;
-            self.speckle_variance[place] = crossing.speckle_variance as f32;
-            self.intensity[place] = crossing.intensity;
-            self.width_px[place] = crossing.width_px;
-            self.saturated[place] = saturated;
-            // The measuring window is as wide as the line.
-            let sigma_px = crossing.width_px / WIDTH_PER_SIGMA;
-            self.cross_variance_px2[place] = 0.5 * sigma_px * sigma_px;
-        }
-        Piece { first_u: line.first_u, places: start..self.n }
     }
 
     fn grow(&mut self) {
