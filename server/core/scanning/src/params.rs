@@ -221,7 +221,8 @@ pub const THICKNESS_SAMPLES: usize = 4000;
 /// Which quantile of them it is. On a plate all are equal to 5 %; on a ball before a turntable the median is a fifth below
 /// the true thickness.
 pub const THICKNESS_QUANTILE: f64 = 0.75;
-/// Cosine of the angle between a line and its direction in the image, up to which its width tells the thickness (20°).
+/// Least cosine of the angle between a line and its direction in the image for which the width of the line is used to
+/// determine its thickness: 20°.
 pub const MIN_THICKNESS_COSINE: f64 = 0.94;
 
 /// Pieces or strips per parallel task of the labelling: with fewer, the overhead of a thread exceeds the gain.

@@ -4,5 +4,7 @@ pub mod cloud_view;
 pub mod labelled_images;
 pub mod page;
 pub mod palette;
+pub mod paper;
 pub mod plot;
 pub mod raster;
+pub mod writer;

@@ -1,7 +1,6 @@
 //! The report of an inspection as HTML and PDF: verdict, characteristics, the cloud.
 
 mod html;
-pub(crate) mod paper;
 mod pdf;
 
 pub use html::inspection_page;

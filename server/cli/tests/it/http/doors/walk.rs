@@ -82,7 +82,7 @@ fn campaign_of_fifty_drifting_parts_at_all_doors() {
     let all = plant.same_everywhere();
     assert_eq!(all.len(), N_PARTS + 3);
 
-    // The drift is announced, once per pattern, and the MES is told.
+    // Each pattern of the drift is announced to the MES once.
     let events = plant.events();
     let ids = |all: &[Value], kind: &str, of: &str| -> BTreeSet<i64> {
         all.iter().filter(|event| event[of] == kind).map(|event| event["seq"].as_i64().unwrap()).collect()

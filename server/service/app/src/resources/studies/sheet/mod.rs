@@ -14,7 +14,7 @@ mod acceptance;
 mod gauge_rr;
 mod type_1;
 
-/// The bytes of the report of a study; of an incomplete one, what is there and what is missing.
+/// The report of a study as a file. That of an incomplete study contains what has been measured, and names what is missing.
 ///
 /// # Errors
 /// The study does not exist, or a record is damaged.
