@@ -7,7 +7,7 @@ use app::error::AppError;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderValue, header};
+use axum::http::HeaderMap;
 use axum::response::Response;
 use futures_util::{StreamExt as _, stream};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
@@ -15,23 +15,22 @@ use store::{InspectionFilter, JobState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+use super::{report_format, report_response};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, bytes};
-use crate::rest::around::headers::CSP_REPORT;
 use crate::rest::control::By;
 use crate::rest::conversions::accepted;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::inspection::inspections::{InspectionDto, InspectionQueueDto};
 use crate::wire::inspection::requests::{
-    ExportFormatDto, ExportQuery, HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportFormatDto,
-    ReportQuery, WaitQuery,
+    ExportFormatDto, ExportQuery, HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportQuery, WaitQuery,
 };
 use crate::wire::job::jobs::{JobDto, job_href};
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
 use app::App;
-use app::inspections::{ReportFormat, export_csv, inspection_report};
+use app::inspections::{export_csv, inspection_report};
 use app::jobs::ScanSource;
 use app::recipes::RecipeRef;
 use app::use_cases;
@@ -195,14 +194,9 @@ async fn get_inspection_report(
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<ReportQuery>,
 ) -> Result<Response, Problem> {
-    let (format, media_type) = match query.format.unwrap_or_default() {
-        ReportFormatDto::Html => (ReportFormat::Html, "text/html; charset=utf-8"),
-        ReportFormatDto::Pdf => (ReportFormat::Pdf, "application/pdf"),
-    };
+    let format = report_format(&query);
     let report = inspection_report(app.catalogue.read(), &*app.artifacts, &id, format).await?;
-    let mut response = bytes(media_type, None, report);
-    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
-    Ok(response)
+    Ok(report_response(format, report))
 }
 
 /// Re-evaluates the scan of an inspection with another version of a recipe or another calibration. The result is a new inspection that

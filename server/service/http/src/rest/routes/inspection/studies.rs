@@ -3,23 +3,22 @@
 use crate::Http;
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+use super::{report_format, report_response};
 use crate::problem::Problem;
-use crate::rest::answers::{Reply, bytes};
-use crate::rest::around::headers::CSP_REPORT;
+use crate::rest::answers::Reply;
 use crate::rest::control::By;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
-use crate::wire::inspection::requests::{ReportFormatDto, ReportQuery};
+use crate::wire::inspection::requests::ReportQuery;
 use crate::wire::paging::{ListDto, PageQuery};
 use crate::wire::study::requests::{AddPositionDto, CreateStudyDto};
 use crate::wire::study::studies::{StudyDto, StudyItemDto, study_href};
 use app::App;
-use app::inspections::ReportFormat;
 use app::studies::{Study, StudyPlan, outcome, outcome_without_inspections, study_report};
 use app::use_cases;
 
@@ -131,12 +130,7 @@ async fn get_study_report(
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<ReportQuery>,
 ) -> Result<Response, Problem> {
-    let (format, media_type) = match query.format.unwrap_or_default() {
-        ReportFormatDto::Html => (ReportFormat::Html, "text/html; charset=utf-8"),
-        ReportFormatDto::Pdf => (ReportFormat::Pdf, "application/pdf"),
-    };
+    let format = report_format(&query);
     let report = study_report(app.catalogue.read(), &id, format).await?;
-    let mut response = bytes(media_type, None, report);
-    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
-    Ok(response)
+    Ok(report_response(format, report))
 }
