@@ -97,7 +97,7 @@ export const studies = {
   add_hint:
     "Das Normal scannen, dann den Scan hinzufügen. Eine Stellung kann nicht entfernt werden: ein Test enthält alles, was gemessen wurde.",
   scan: "Scan",
-  no_scans: "Es gibt noch keinen vollständigen Scan.",
+  no_scans: "Es gibt keinen vollständigen Scan, der nicht schon eine Position ist.",
   choose_scan: "Bitte einen Scan wählen.",
   temperature: "Temperatur des Normals",
   temperature_hint: "Ohne Temperatur bleiben Maße und Abstände unentschieden.",

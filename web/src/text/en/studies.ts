@@ -96,7 +96,7 @@ export const studies = {
   add_hint:
     "Scan the artefact, then add the scan. A position cannot be removed: a test contains all that was measured.",
   scan: "Scan",
-  no_scans: "There is no complete scan yet.",
+  no_scans: "There is no complete scan that is not a position already.",
   choose_scan: "Choose a scan.",
   temperature: "Temperature of the artefact",
   temperature_hint: "Without a temperature, sizes and distances stay undecided.",

@@ -101,7 +101,7 @@ fn results(result: &AcceptanceResult) -> SheetTable {
     let marked = result.quantities.iter().enumerate().filter(|(_, found)| is_bad(found));
     SheetTable {
         title: "Results".to_owned(),
-        about: "In micrometres. No U: the temperature of a position is not stated.".to_owned(),
+        about: "In micrometres. U is missing if the temperature of a position is not stated.".to_owned(),
         head: vec!["quantity", "worst", "MPE", "U of test", "errors", "verdict"],
         rows: result.quantities.iter().map(row).collect(),
         marked: marked.map(|(idx, _)| idx).collect(),
