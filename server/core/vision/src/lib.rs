@@ -3,6 +3,10 @@
 //! Pixel (0, 0) is the centre of the top-left pixel; u runs along rows (right), v down columns. Cameras, gratings and
 //! millimetres do not belong here.
 
+// Tests that are compiled into the library's own tests too name it as a client does.
+#[cfg(test)]
+extern crate self as vision;
+
 pub mod centreline;
 pub mod colour;
 pub mod corners;

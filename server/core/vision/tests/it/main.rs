@@ -6,4 +6,5 @@ mod centreline_rig;
 mod circles;
 mod corners_rig;
 mod line_widths;
+mod stored_bits;
 mod touching;

@@ -85,7 +85,13 @@ macro_rules! extraction {
         $(#[$doc])*
         // Where the target already includes the best of these instruction sets, the named versions are unused.
         #[allow(dead_code)]
-        #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+        #[cfg_attr(
+            not(test),
+            multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))
+        )]
+        // Unit tests run the baseline of x86-64, and `tests/it` what the machine chooses: compiling all versions again
+        // took most of the time of a build of these tests.
+        #[cfg_attr(test, multiversion(targets("aarch64+neon")))]
         pub fn $name(view: &View<$level>, memory: &mut Memory<$level>, found: &mut Centrelines) {
             #[inherit_target]
             #[inline(never)]
