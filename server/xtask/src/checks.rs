@@ -33,11 +33,11 @@ pub fn test() -> Outcome {
         run("build and lints", linted(&build).args(features))?;
         document(features, &stand_in)
     };
-    // Without it, the tests of doors fail with a message.
-    ensure_broker().unwrap_or_else(|error| say(&format!("── no MQTT broker for the tests: {error}")));
     let with_root = is_root();
     let beside = || {
         ensure_page()?;
+        // Without it, the tests of doors fail with a message.
+        ensure_broker().unwrap_or_else(|error| say(&format!("── no MQTT broker for the tests: {error}")));
         ensure_browser()?;
         if with_root {
             ensure_station_base()?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use crate::command::{Outcome, run, say, succeeds, target_folder, workspace};
 
@@ -18,7 +19,7 @@ pub fn ensure_python() -> Outcome<PathBuf> {
         return Ok(python);
     }
     if !succeeds(Command::new("python3").args(["-c", "import venv, ensurepip"])) {
-        ensure_apt("python3-venv")?;
+        ensure_apt(&["python3-venv"])?;
     }
     run("python", Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
     let mut pip = Command::new(&python);
@@ -61,14 +62,18 @@ pub fn npm(folder: &Path) -> Command {
 
 /// Installs a program's Debian package unless the program exists.
 pub fn ensure_program(program: &str, package: &str) -> Outcome {
+    if is_installed(program) { Ok(()) } else { ensure_apt(&[package]) }
+}
+
+fn is_installed(program: &str) -> bool {
     let on_path = std::env::var_os("PATH")
         .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(program).is_file()));
-    if on_path || Path::new("/usr/sbin").join(program).is_file() { Ok(()) } else { ensure_apt(package) }
+    on_path || Path::new("/usr/sbin").join(program).is_file()
 }
 
 /// Installs the Debian package of a file unless the file exists.
 pub fn ensure_file(file: &str, package: &str) -> Outcome {
-    if Path::new(file).is_file() { Ok(()) } else { ensure_apt(package) }
+    if Path::new(file).is_file() { Ok(()) } else { ensure_apt(&[package]) }
 }
 
 /// Cargo's arguments for everything that needs the C library of GenICam cameras.
@@ -82,28 +87,34 @@ pub fn has_aravis() -> bool {
 /// Installs the C library of GenICam cameras with its link dependencies, and the camera process for the driver's tests.
 pub fn ensure_genicam() -> Outcome {
     ensure_program("pkg-config", "pkg-config")?;
-    for (library, package) in [("aravis-0.8", "libaravis-dev"), ("libusb-1.0", "libusb-1.0-0-dev")] {
-        if !succeeds(Command::new("pkg-config").args(["--exists", library])) {
-            ensure_apt(package)?;
-        }
-    }
-    ensure_program("arv-fake-gv-camera-0.8", "aravis-tools")
+    let is_missing = |library: &str| !succeeds(Command::new("pkg-config").args(["--exists", library]));
+    let libraries = [("aravis-0.8", "libaravis-dev"), ("libusb-1.0", "libusb-1.0-0-dev")];
+    let missing = libraries.into_iter().filter(|(library, _)| is_missing(library)).map(|(_, package)| package);
+    let camera = (!is_installed("arv-fake-gv-camera-0.8")).then_some("aravis-tools");
+    ensure_apt(&missing.chain(camera).collect::<Vec<_>>())
 }
 
 /// Installs the MQTT broker that the tests of doors publish to, and its client.
 pub fn ensure_broker() -> Outcome {
-    ensure_program("mosquitto", "mosquitto")?;
-    ensure_program("mosquitto_sub", "mosquitto-clients")
+    let packages = [("mosquitto", "mosquitto"), ("mosquitto_sub", "mosquitto-clients")];
+    let missing = packages.into_iter().filter(|(program, _)| !is_installed(program)).map(|(_, package)| package);
+    ensure_apt(&missing.collect::<Vec<_>>())
 }
 
-/// Installs a Debian package.
-pub fn ensure_apt(package: &str) -> Outcome {
-    say(&format!("── installing the Debian package {package}"));
+/// Installs Debian packages. The lists of packages are updated once.
+fn ensure_apt(packages: &[&str]) -> Outcome {
+    static UPDATED: OnceLock<Result<(), String>> = OnceLock::new();
+    if packages.is_empty() {
+        return Ok(());
+    }
+    let names = packages.join(", ");
+    say(&format!("── installing Debian packages: {names}"));
     let missing =
-        |error| format!("{package} is missing and could not be installed ({error}); install it and repeat");
-    let install = ["install", "--yes", "--no-install-recommends", package];
-    run("apt-get", Command::new("apt-get").args(["update", "--quiet"])).map_err(missing)?;
-    run("apt-get", Command::new("apt-get").args(install).env("DEBIAN_FRONTEND", "noninteractive"))
-        .map_err(missing)?;
+        |error| format!("{names}: missing, and could not be installed ({error}); install them and repeat");
+    let update = || run("apt-get", Command::new("apt-get").args(["update", "--quiet"])).map_err(|e| e.to_string());
+    UPDATED.get_or_init(update).clone().map_err(missing)?;
+    let mut install = Command::new("apt-get");
+    install.args(["install", "--yes", "--no-install-recommends"]).args(packages);
+    run("apt-get", install.env("DEBIAN_FRONTEND", "noninteractive")).map_err(|e| missing(e.to_string()))?;
     Ok(())
 }
