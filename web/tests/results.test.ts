@@ -2,12 +2,12 @@
 
 import { expect, test, vi } from "vitest";
 import type { Api } from "../src/api/client";
-import { filtered, filterOf, NO_FILTER, queryOf } from "../src/pages/results/filter";
+import { filterOf, NO_FILTER, queryOf, serverQuery } from "../src/pages/results/filter";
 import { ResultsState } from "../src/pages/results/results_state";
 import { characteristicsOf, trendOf } from "../src/pages/results/trend_data";
 import type { EventLog, StationEvent } from "../src/state/records/events";
-import { decidingCharacteristic, outcomeOf } from "../src/state/records/outcome";
-import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/records/scanned";
+import { decidingCharacteristic, OUTCOMES, outcomeOf } from "../src/state/records/outcome";
+import { type Measured, type PartsQuery, partOf, type Scan, type ScannedPart } from "../src/state/records/scanned";
 
 function measured(change: Partial<Measured> = {}): Measured {
   return {
@@ -74,18 +74,38 @@ test("the worst characteristic stands for a part, else the newest", () => {
   expect(decidingCharacteristic(part("a", DAY(1), [measured({ id: "4", verdict: undefined })]))?.id).toBe("4");
 });
 
-test("results are found by name, verdict and day", () => {
+test("the server finds by name, time and outcome; days are whole, of this time zone", () => {
+  const query = (change: object) => serverQuery({ ...NO_FILTER, ...change });
+  expect(query({})).toEqual({});
+  expect(query({ name: " ALPHA ", from_day: "2026-01-02", to_day: "2026-01-02" })).toEqual({
+    name: "ALPHA",
+    from_ms: DAY(2, 0).getTime(),
+    to_ms: DAY(3, 0).getTime(),
+  });
+  expect(query({ outcome: "not_ok" })).toEqual({ verdict: "not_ok" });
+});
+
+test("an outcome asks for the parts that have it", () => {
   const parts = [
-    part("Alpha-1", DAY(3, 0)),
-    part("alpha-2", DAY(2, 23), [measured({ verdict: "not_ok" })]),
-    part("Beta", DAY(1)),
+    part("judged", DAY(1)),
+    part("stopped", DAY(1), [], { state: "partial", verdict: null }),
+    part("without limits", DAY(1), [measured({ verdict: undefined })], { verdict: null }),
+    part("bare", DAY(1), [], { verdict: null }),
   ];
-  const names = (change: object) => filtered(parts, { ...NO_FILTER, ...change }).map(({ scan }) => scan.name);
-  expect(names({})).toHaveLength(3);
-  expect(names({ name: " ALPHA" })).toEqual(["Alpha-1", "alpha-2"]);
-  expect(names({ outcome: "not_ok" })).toEqual(["alpha-2"]);
-  expect(names({ from_day: "2026-01-02", to_day: "2026-01-02" })).toEqual(["alpha-2"]);
-  expect(names({ to_day: "2026-01-01" })).toEqual(["Beta"]);
+  // As the server applies it.
+  const fits = ({ scan, measured }: ScannedPart, query: PartsQuery) =>
+    (query.verdict === undefined || query.verdict === scan.verdict) &&
+    (query.state === undefined || query.state === scan.state) &&
+    (query.judged === undefined || query.judged === Boolean(scan.verdict)) &&
+    (query.measured === undefined || query.measured === measured.length > 0);
+  for (const outcome of OUTCOMES) {
+    const query = serverQuery({ ...NO_FILTER, outcome });
+    const [found, expected] = [
+      parts.filter((one) => fits(one, query)),
+      parts.filter((one) => outcomeOf(one) === outcome),
+    ];
+    expect(found, outcome).toEqual(expected);
+  }
 });
 
 test("a trend goes from the oldest part to the newest, one value per part, with the newest limits", () => {
@@ -126,7 +146,7 @@ test("a list of more than one page keeps its length when something happens", asy
       return () => undefined;
     },
   };
-  const results = new ResultsState({ GET } as unknown as Api, events as unknown as EventLog);
+  const results = new ResultsState({ GET } as unknown as Api, events as unknown as EventLog, {});
   results.follow();
   await vi.waitFor(() => expect(results.parts.value).toHaveLength(50));
   for (let more = 0; more < 4; more++) await results.older.start();

@@ -11637,8 +11637,18 @@ export interface operations {
                 state?: components["schemas"]["ScanStateDto"];
                 /** @description Only scans computed with this calibration. */
                 calibration_id?: string;
+                /** @description Only scans whose name contains this text; upper and lower case are the same. */
+                name?: string;
+                /** @description Only scans at or after this time, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only scans before this time, ms since 1970 (UTC). */
+                to_ms?: number;
                 /** @description Only parts with this verdict. */
                 verdict?: components["schemas"]["VerdictDto"];
+                /** @description Only parts with any verdict (`true`) or without (`false`). */
+                judged?: boolean;
+                /** @description Only parts with a measurement (`true`) or without (`false`). */
+                measured?: boolean;
                 /** @description Only scans with this purpose. */
                 purpose?: components["schemas"]["ScanPurposeDto"];
                 /** @description Id of the last scan of the previous page. */

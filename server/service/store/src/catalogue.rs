@@ -221,6 +221,12 @@ pub struct ScanFilter {
     pub state: Option<ScanState>,
     /// Only those computed with this calibration.
     pub calibration_id: Option<String>,
+    /// Only those whose name contains this text; upper and lower case are the same.
+    pub name: Option<String>,
+    /// Only those made at or after this.
+    pub from_ms: Option<i64>,
+    /// Only those made before this.
+    pub to_ms: Option<i64>,
 }
 
 /// Filter for measurements.

@@ -1,7 +1,7 @@
-/** The filter of the results. */
+/** The filter of the results, stored in the query of the URL and applied by the server. */
 
-import { OUTCOMES, type Outcome, outcomeOf, VERDICTS } from "../../state/records/outcome";
-import type { PartsQuery, ScannedPart } from "../../state/records/scanned";
+import { OUTCOMES, type Outcome } from "../../state/records/outcome";
+import type { PartsQuery } from "../../state/records/scanned";
 
 export interface ResultFilter {
   /** Part of the name, case-insensitive. */
@@ -27,23 +27,32 @@ export function queryOf({ name, outcome, from_day, to_day }: ResultFilter): Reco
   return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== ""));
 }
 
-/** The part of the filter that the server applies to all records. */
-export function serverQuery(outcome: Outcome | ""): PartsQuery {
-  const verdict = VERDICTS.find((verdict) => verdict === outcome);
-  if (verdict) return { verdict };
-  return outcome === "partial" ? { state: "partial" } : {};
+/** The query sent to the server. */
+export function serverQuery({ name, outcome, from_day, to_day }: ResultFilter): PartsQuery {
+  const [from_ms, to_ms] = [dayStart(from_day, 0), dayStart(to_day, 1)];
+  const wanted = name.trim();
+  return {
+    ...(wanted && { name: wanted }),
+    ...withOutcome(outcome),
+    ...(from_ms !== undefined && { from_ms }),
+    ...(to_ms !== undefined && { to_ms }),
+  };
 }
 
-export function filtered(parts: readonly ScannedPart[], filter: ResultFilter): readonly ScannedPart[] {
-  const name = filter.name.trim().toLowerCase();
-  const [from_ms, to_ms] = [dayStart(filter.from_day, 0), dayStart(filter.to_day, 1)];
-  return parts.filter((part) => {
-    const { scan } = part;
-    if (!scan.name.toLowerCase().includes(name)) return false;
-    if (filter.outcome !== "" && outcomeOf(part) !== filter.outcome) return false;
-    if (from_ms !== undefined && scan.created_at_ms < from_ms) return false;
-    return to_ms === undefined || scan.created_at_ms < to_ms;
-  });
+/** The inverse of `outcomeOf`: what parts with an outcome have in common. */
+function withOutcome(outcome: Outcome | ""): PartsQuery {
+  switch (outcome) {
+    case "":
+      return {};
+    case "partial":
+      return { judged: false, state: "partial" };
+    case "measured":
+      return { judged: false, state: "complete", measured: true };
+    case "scanned":
+      return { judged: false, state: "complete", measured: false };
+    default:
+      return { verdict: outcome };
+  }
 }
 
 /** Start of the day `later` days after `day`, local time, ms since 1970. */

@@ -1,3 +1,5 @@
+/** The filter of the list; the name is applied on Enter or blur. */
+
 import { useId } from "preact/hooks";
 import { selected } from "../../components/fields/selected";
 import { replaceQuery } from "../../state/browser/route";
@@ -7,13 +9,12 @@ import { queryOf, type ResultFilter } from "./filter";
 
 interface Properties {
   filter: ResultFilter;
-  n_shown: number;
-  n_read: number;
-  /** Whether all records have been loaded. */
-  complete: boolean;
+  /** Undefined while the list is loading. */
+  n_read: number | undefined;
+  has_older: boolean;
 }
 
-export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
+export function FilterBar({ filter, n_read, has_older }: Properties) {
   const words = text.value.results;
   const id = useId();
   const change = (part: Partial<ResultFilter>) =>
@@ -27,7 +28,8 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
           id={`${id}-name`}
           type="search"
           value={filter.name}
-          onInput={(event) => change({ name: event.currentTarget.value })}
+          spellcheck={false}
+          onChange={(event) => change({ name: event.currentTarget.value.trim() })}
         />
       </div>
       <div class="field">
@@ -51,7 +53,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
           id={`${id}-from`}
           type="date"
           value={filter.from_day}
-          onInput={(event) => change({ from_day: event.currentTarget.value })}
+          onChange={(event) => change({ from_day: event.currentTarget.value })}
         />
       </div>
       <div class="field">
@@ -60,7 +62,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
           id={`${id}-to`}
           type="date"
           value={filter.to_day}
-          onInput={(event) => change({ to_day: event.currentTarget.value })}
+          onChange={(event) => change({ to_day: event.currentTarget.value })}
         />
       </div>
       {any && (
@@ -69,7 +71,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
         </button>
       )}
       <span class="muted count" role="status">
-        {complete ? words.shown_of(n_shown, n_read) : words.shown_of_read(n_shown, n_read)}
+        {n_read !== undefined && (has_older ? words.read_so_far(n_read) : words.read(n_read))}
       </span>
     </search>
   );

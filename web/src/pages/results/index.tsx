@@ -8,7 +8,7 @@ import { ProblemCard } from "../../components/problem";
 import { ResultViews } from "../../components/result_views";
 import { href, route } from "../../state/browser/route";
 import { text } from "../../text";
-import { filtered, filterOf, serverQuery } from "./filter";
+import { filterOf, queryOf, serverQuery } from "./filter";
 import { FilterBar } from "./filter_bar";
 import { ResultsState } from "./results_state";
 import { Rows } from "./rows";
@@ -18,25 +18,25 @@ import "./results.css";
 export default function Results() {
   const { api, events } = useApp();
   const words = text.value.results;
-  const state = useMemo(() => new ResultsState(api, events), [api, events]);
+  const filter = filterOf(route.value.query);
+  const state = useMemo(() => new ResultsState(api, events, serverQuery(filter)), [api, events]);
   useEffect(() => state.follow(), [state]);
-  const { query } = route.value;
-  const filter = useMemo(() => filterOf(query), [query]);
-  const outcome = filter.outcome;
-  useEffect(() => state.setQuery(serverQuery(outcome)), [state, outcome]);
+  const requested = JSON.stringify(serverQuery(filter));
+  useEffect(() => state.setQuery(JSON.parse(requested)), [state, requested]);
   const parts = state.parts.value;
   const problem = state.problem.value;
-  const shown = useMemo(() => (parts ? filtered(parts, filter) : []), [parts, filter]);
+  const filtered = Object.keys(queryOf(filter)).length > 0;
   return (
     <div class="stack results">
       <div class="row">
         <h1 class="grow">{words.title}</h1>
         <ResultViews current="results" />
       </div>
+      <FilterBar filter={filter} n_read={parts?.length} has_older={state.has_older.value} />
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={state.damaged.value} />
       {!parts && !problem && <p class="muted">{text.value.frame.loading}</p>}
-      {parts && parts.length === 0 && outcome === "" && (
+      {parts?.length === 0 && !filtered && (
         <section class="card">
           <h2>{words.none_yet}</h2>
           <p>{words.none_yet_how}</p>
@@ -45,19 +45,14 @@ export default function Results() {
           </a>
         </section>
       )}
-      {parts && (parts.length > 0 || outcome !== "") && (
+      {parts?.length === 0 && filtered && <p class="card muted">{words.nothing_fits}</p>}
+      {parts && parts.length > 0 && (
         <>
-          <FilterBar
-            filter={filter}
-            n_shown={shown.length}
-            n_read={parts.length}
-            complete={!state.has_older.value}
-          />
-          <TrendCard parts={shown.filter(({ scan }) => scan.purpose === "production")} />
-          <Rows parts={shown} />
-          {state.has_older.value && <CommandButton command={state.older}>{words.older}</CommandButton>}
+          <TrendCard parts={parts.filter(({ scan }) => scan.purpose === "production")} />
+          <Rows parts={parts} />
         </>
       )}
+      {state.has_older.value && <CommandButton command={state.older}>{words.older}</CommandButton>}
     </div>
   );
 }

@@ -16,7 +16,6 @@ import { dateTime, decimal, length } from "../../units";
 export function Rows({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.results;
   const deleting = useSignal<Scan | undefined>(undefined);
-  if (parts.length === 0) return <p class="card muted">{words.nothing_fits}</p>;
   return (
     <section class="card" aria-label={words.title}>
       <table class="wide results-table">

@@ -33,7 +33,15 @@ export interface ScannedPart {
 
 /** Filters applied by the server; all records by default. */
 export interface PartsQuery {
+  /** Part of the name, case-insensitive. */
+  name?: string;
+  from_ms?: number;
+  to_ms?: number;
   verdict?: Verdict;
+  /** With or without a verdict. */
+  judged?: boolean;
+  /** With or without a measurement. */
+  measured?: boolean;
   state?: Schemas["ScanStateDto"];
   purpose?: Schemas["ScanPurposeDto"];
 }

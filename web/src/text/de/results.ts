@@ -8,10 +8,9 @@ export const results = {
   from_day: "Vom Tag",
   to_day: "Bis zum Tag",
   no_filter: "Alle anzeigen",
-  shown_of: (shown: number, all: number) =>
-    shown === all ? (all === 1 ? "1 Ergebnis" : `${all} Ergebnisse`) : `${shown} von ${all} Ergebnissen`,
-  shown_of_read: (shown: number, read: number) => `${shown} der neuesten ${read} Ergebnisse`,
-  nothing_fits: "Keine passenden Ergebnisse. Den Filter ändern oder ältere Ergebnisse laden.",
+  read: (n: number) => (n === 1 ? "1 Ergebnis" : `${n} Ergebnisse`),
+  read_so_far: (n: number) => (n === 1 ? "das neueste Ergebnis" : `die neuesten ${n} Ergebnisse`),
+  nothing_fits: "Keine passenden Ergebnisse.",
   older: "Ältere Ergebnisse laden",
   part: "Teil",
   verdict: "Bewertung",

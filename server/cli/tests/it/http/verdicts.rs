@@ -24,6 +24,26 @@ fn found(server: &Server, query: &str) -> Vec<String> {
     list["items"].as_array().unwrap().iter().map(|scan| scan["id"].as_str().unwrap().to_owned()).collect()
 }
 
+/// All scans, newest first, are found by a part of their common name and by their time, page by page.
+fn by_name_and_time(server: &Server, newest_first: &[&str; 2]) {
+    let of = |id: &str| server.get(&format!("/api/v1/scans/{id}")).expect(200);
+    let [newer_ms, older_ms] = newest_first.map(|id| of(id)["created_at_ms"].as_i64().unwrap());
+    assert_eq!(of(newest_first[1])["name"], "gauge");
+    assert_eq!(found(server, "name=AUG"), newest_first);
+    assert_eq!(found(server, "name=auger"), [""; 0]);
+    assert_eq!(found(server, &format!("name=gauge&to_ms={newer_ms}")), newest_first[1..]);
+    assert_eq!(found(server, &format!("from_ms={newer_ms}")), newest_first[..1]);
+    assert_eq!(found(server, &format!("to_ms={older_ms}")), [""; 0]);
+    // The next page is one of the same list.
+    let first = server.get("/api/v1/scans?name=g%26x&limit=1").expect(200);
+    assert_eq!((first["items"].as_array().unwrap().len(), &first["next"]), (0, &Value::Null));
+    let first =
+        server.get(&format!("/api/v1/scans?name=Gau%67e&from_ms={older_ms}&judged=true&limit=1")).expect(200);
+    let next = first["next"].as_str().unwrap();
+    assert!(next.contains(&format!("?name=Gauge&from_ms={older_ms}&judged=true&before=")), "{next}");
+    assert_eq!(server.get(next).expect(200)["items"], json!([]));
+}
+
 #[test]
 fn the_verdict_on_a_part_is_the_worst_of_its_newest_and_filters_lists() {
     let (_folder, server) = fresh();
@@ -55,6 +75,10 @@ fn the_verdict_on_a_part_is_the_worst_of_its_newest_and_filters_lists() {
     assert_eq!(found(&server, "verdict=not_ok"), [part.as_str()]);
     assert_eq!(found(&server, "verdict=ok"), [""; 0]);
     assert_eq!(found(&server, "purpose=production&limit=1"), [plain.as_str()]);
+    assert_eq!(found(&server, "judged=false&measured=false"), [plain.as_str()]);
+    assert_eq!(found(&server, "judged=true&measured=true"), [part.as_str()]);
+    assert_eq!(found(&server, "judged=false&measured=true"), [""; 0]);
+    by_name_and_time(&server, &[&plain, &part]);
 
     // Measured again within its limits: the part is OK.
     measure(json!({ "tool": "step", "name": "second step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));

@@ -1,5 +1,6 @@
 //! Lists: newest first, `?limit=` per page, `next` links to the next page; damaged records are listed separately.
 
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::{Deserialize, Serialize};
 use store::{DamagedRow, Listed, Page};
 use utoipa::{IntoParams, ToSchema};
@@ -103,7 +104,12 @@ impl<T> ListDto<T> {
     }
 }
 
-/// A URL with the given query parameters. Values are API codes and record ids.
+/// Text as a value of [`path_with`].
+pub fn encoded(text: &str) -> String {
+    utf8_percent_encode(text, NON_ALPHANUMERIC).to_string()
+}
+
+/// A URL with the given query parameters. Values are API codes, record ids and [`encoded`] text.
 pub fn path_with(path: &str, query: &[(&str, Option<&str>)]) -> String {
     let asked = query.iter().filter_map(|(name, value)| Some(format!("{name}={}", (*value)?)));
     let asked: Vec<String> = asked.collect();

@@ -31,6 +31,18 @@ pub struct PartFilter {
     pub purpose: Option<ScanPurpose>,
     /// Only those with this verdict.
     pub verdict: Option<PartVerdict>,
+    /// Only those with any verdict, or only those without.
+    pub judged: Option<bool>,
+    /// Only those with a measurement, or only those without.
+    pub measured: Option<bool>,
+}
+
+impl PartFilter {
+    fn accepts(&self, part: &Part) -> bool {
+        (self.verdict.is_none() || self.verdict == part.verdict)
+            && self.judged.is_none_or(|judged| judged == part.verdict.is_some())
+            && self.measured.is_none_or(|measured| measured != part.measured.is_empty())
+    }
 }
 
 /// Purpose of a scan; scans of earlier versions count as production.
@@ -108,7 +120,7 @@ pub async fn parts(
             }
             let (part, damaged) = part(catalogue, scan).await?;
             list.damaged.extend(damaged);
-            if filter.verdict.is_some() && filter.verdict != part.verdict {
+            if !filter.accepts(&part) {
                 continue;
             }
             list.records.push(part);
@@ -132,7 +144,7 @@ pub async fn newest_verification(
     let filter = PartFilter {
         scan: ScanFilter { calibration_id: Some(calibration_id.to_owned()), ..ScanFilter::default() },
         purpose: Some(ScanPurpose::Verification),
-        verdict: None,
+        ..PartFilter::default()
     };
     let newest = Page { before: None, limit: 1 };
     Ok(parts(catalogue, &filter, &newest).await?.records.pop())

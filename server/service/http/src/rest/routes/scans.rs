@@ -17,7 +17,7 @@ use crate::rest::conversions::{accept_job, blocking, label};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::wire::job::jobs::JobDto;
 use crate::wire::measurement::measurements::VerdictDto;
-use crate::wire::paging::{ListDto, page, path_with};
+use crate::wire::paging::{ListDto, encoded, page, path_with};
 use crate::wire::scan::scan_runs::{ScanPlanDto, ScanPurposeDto};
 use crate::wire::scan::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
@@ -61,17 +61,33 @@ async fn list_scans(
     let page = page(query.before, query.limit)?;
     let state = query.state.map(ScanStateDto::code);
     let purpose = query.purpose.map(ScanPurposeDto::code);
+    let name = query.name.as_deref().map(encoded);
+    let [from_ms, to_ms] = [query.from_ms, query.to_ms].map(|ms| ms.map(|ms| ms.to_string()));
+    let [judged, measured] = [query.judged, query.measured].map(|flag| flag.map(|flag| flag.to_string()));
     let asked = [
         ("state", state),
         ("calibration_id", query.calibration_id.as_deref()),
+        ("name", name.as_deref()),
+        ("from_ms", from_ms.as_deref()),
+        ("to_ms", to_ms.as_deref()),
         ("verdict", query.verdict.map(VerdictDto::code)),
+        ("judged", judged.as_deref()),
+        ("measured", measured.as_deref()),
         ("purpose", purpose),
     ];
     let path = path_with("/api/v1/scans", &asked);
     let filter = PartFilter {
-        scan: ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id },
+        scan: ScanFilter {
+            state: query.state.map(ScanState::from),
+            calibration_id: query.calibration_id,
+            name: query.name,
+            from_ms: query.from_ms,
+            to_ms: query.to_ms,
+        },
         purpose: query.purpose.map(ScanPurpose::from),
         verdict: query.verdict.map(PartVerdict::from),
+        judged: query.judged,
+        measured: query.measured,
     };
     let listed = parts(&app.catalogue, &filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, ScanDto::try_from)))

@@ -9,7 +9,7 @@ use crate::error::StoreError;
 use crate::records::ScanRecord;
 use crate::sqlite::changes::{Written, inserted, met, refuse_dangling};
 use crate::sqlite::error::reading;
-use crate::sqlite::listing::{every, listed};
+use crate::sqlite::listing::listed;
 use crate::sqlite::row::{artifact, before_id, get, json, optional_artifact, word, word_from};
 use crate::sqlite::seal;
 
@@ -49,15 +49,39 @@ pub async fn page(
     filter: &ScanFilter,
     page: &Page,
 ) -> Result<Listed<ScanRecord>, StoreError> {
+    let ScanFilter { state, calibration_id, name, from_ms, to_ms } = filter;
     let rows = sqlx::query(
         "SELECT * FROM scans WHERE id < $1 AND ($2 IS NULL OR state = $2) AND ($3 IS NULL OR calibration_id = $3)
+             AND ($4 IS NULL OR name LIKE $4 ESCAPE '\\')
+             AND ($5 IS NULL OR created_at_ms >= $5) AND ($6 IS NULL OR created_at_ms < $6)
          ORDER BY id DESC",
     )
     .bind(before_id(page))
-    .bind(filter.state.map(word_from))
-    .bind(&filter.calibration_id)
+    .bind(state.map(word_from))
+    .bind(calibration_id)
+    .bind(name.as_deref().map(pattern_of))
+    .bind(from_ms)
+    .bind(to_ms)
     .fetch(readers);
-    listed(rows, page.limit, "list scans", from_row, every, |scan| scan.id.clone()).await
+    let wanted_name = name.as_ref().map(|name| name.to_lowercase());
+    let has_name =
+        |scan: &ScanRecord| wanted_name.as_ref().is_none_or(|wanted| scan.name.to_lowercase().contains(wanted));
+    listed(rows, page.limit, "list scans", from_row, has_name, |scan| scan.id.clone()).await
+}
+
+/// A pattern of `LIKE` for all names that may contain a text: SQLite compares letters beyond ASCII by case, so they
+/// match anything here.
+fn pattern_of(text: &str) -> String {
+    let mut pattern = String::from("%");
+    for letter in text.chars() {
+        match letter {
+            '%' | '_' | '\\' => pattern.extend(['\\', letter]),
+            letter if letter.is_ascii() => pattern.push(letter),
+            _ => pattern.push('%'),
+        }
+    }
+    pattern.push('%');
+    pattern
 }
 
 pub async fn insert(to: &mut SqliteConnection, scan: &ScanRecord) -> Written {

@@ -87,7 +87,8 @@ async fn scans_are_listed_by_state_and_calibration() {
         changes.extend(scans.iter().cloned().map(Change::InsertScan));
         catalogue.commit(changes).await.unwrap();
         let list = async |state, calibration: Option<&str>, page: Page| {
-            let filter = ScanFilter { state, calibration_id: calibration.map(str::to_owned) };
+            let calibration_id = calibration.map(str::to_owned);
+            let filter = ScanFilter { state, calibration_id, ..ScanFilter::default() };
             let list = catalogue.scans(&filter, &page).await.unwrap();
             (list.records.into_iter().map(|scan| scan.id).collect::<Vec<_>>(), list.next)
         };
@@ -99,6 +100,42 @@ async fn scans_are_listed_by_state_and_calibration() {
         let (newest, next) = list(None, Some("c1"), first(1)).await;
         assert_eq!((newest, &next), (ids(&[3]), &Some(scans[3].id.clone())));
         assert_eq!(list(None, Some("c1"), Page { before: next, limit: 1 }).await.0, ids(&[1]));
+    }
+}
+
+#[tokio::test]
+async fn scans_are_found_by_a_part_of_their_name_and_by_their_time() {
+    for fresh in stores().await {
+        let catalogue = &fresh.store.catalogue;
+        let names = ["Träger 100%", "TRÄGER_2", "bracket-3", "Bracket 13"];
+        let mut changes = vec![Change::InsertCalibration(calibration("c1"))];
+        changes.extend(names.iter().enumerate().map(|(idx, name)| {
+            let mut scan = scan("c1");
+            (scan.name, scan.created_at_ms) = ((*name).to_owned(), 1_000 * idx as i64);
+            Change::InsertScan(scan)
+        }));
+        catalogue.commit(changes).await.unwrap();
+        let list = async |filter: ScanFilter, page: Page| {
+            let list = catalogue.scans(&filter, &page).await.unwrap();
+            (list.records.into_iter().map(|scan| scan.name).collect::<Vec<_>>(), list.next)
+        };
+        let named = |name: &str| ScanFilter { name: Some(name.to_owned()), ..ScanFilter::default() };
+        let none = [""; 0];
+        assert_eq!(list(named("BRACK"), first(9)).await.0, ["Bracket 13", "bracket-3"]);
+        assert_eq!(list(named("träger"), first(9)).await.0, ["TRÄGER_2", "Träger 100%"]);
+        assert_eq!(list(named("trüger"), first(9)).await.0, none);
+        // These are letters like others.
+        assert_eq!(list(named("%"), first(9)).await.0, ["Träger 100%"]);
+        assert_eq!(list(named("_"), first(9)).await.0, ["TRÄGER_2"]);
+        assert_eq!(list(named("\\"), first(9)).await.0, none);
+        let between = ScanFilter { from_ms: Some(1_000), to_ms: Some(3_000), ..ScanFilter::default() };
+        assert_eq!(list(between, first(9)).await.0, ["bracket-3", "TRÄGER_2"]);
+        // A page leads on to the next one that fits.
+        let (newest, next) = list(named("bracket"), first(1)).await;
+        assert_eq!(newest, ["Bracket 13"]);
+        let (older, next) = list(named("bracket"), Page { before: next, limit: 1 }).await;
+        assert_eq!(older, ["bracket-3"]);
+        assert_eq!(list(named("bracket"), Page { before: next, limit: 1 }).await, (Vec::new(), None));
     }
 }
 

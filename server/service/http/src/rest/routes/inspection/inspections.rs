@@ -10,7 +10,6 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use futures_util::{StreamExt as _, stream};
-use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use store::{InspectionFilter, JobState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -28,7 +27,7 @@ use crate::wire::inspection::requests::{
 };
 use crate::wire::job::jobs::{JobDto, job_href};
 use crate::wire::measurement::measurements::VerdictDto;
-use crate::wire::paging::{ListDto, page, path_with};
+use crate::wire::paging::{ListDto, encoded, page, path_with};
 use app::App;
 use app::inspections::{export_csv, inspection_report};
 use app::jobs::ScanSource;
@@ -67,10 +66,8 @@ async fn list_inspections(
             .remedy("give one of them"));
     }
     let verdict = query.verdict.map(VerdictDto::code);
-    let encoded = |text: &Option<String>| {
-        text.as_deref().map(|text| utf8_percent_encode(text, NON_ALPHANUMERIC).to_string())
-    };
-    let [serial, order, recipe] = [&query.serial, &query.order, &query.recipe].map(encoded);
+    let [serial, order, recipe] =
+        [&query.serial, &query.order, &query.recipe].map(|text| text.as_deref().map(encoded));
     let [from_ms, to_ms] = [query.from_ms, query.to_ms].map(|ms| ms.map(|ms| ms.to_string()));
     let asked = [
         ("serial", serial.as_deref()),

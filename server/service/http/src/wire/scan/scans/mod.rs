@@ -61,8 +61,18 @@ pub struct ScansQuery {
     pub state: Option<ScanStateDto>,
     /// Only scans computed with this calibration.
     pub calibration_id: Option<String>,
+    /// Only scans whose name contains this text; upper and lower case are the same.
+    pub name: Option<String>,
+    /// Only scans at or after this time, ms since 1970 (UTC).
+    pub from_ms: Option<i64>,
+    /// Only scans before this time, ms since 1970 (UTC).
+    pub to_ms: Option<i64>,
     /// Only parts with this verdict.
     pub verdict: Option<VerdictDto>,
+    /// Only parts with any verdict (`true`) or without (`false`).
+    pub judged: Option<bool>,
+    /// Only parts with a measurement (`true`) or without (`false`).
+    pub measured: Option<bool>,
     /// Only scans with this purpose.
     pub purpose: Option<ScanPurposeDto>,
     /// Id of the last scan of the previous page.
