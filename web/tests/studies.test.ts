@@ -1,7 +1,15 @@
 /** What is typed for a study, and the plan that it gives. */
 
 import { expect, test } from "vitest";
-import { EMPTY_ARTEFACT, EMPTY_DRAFT, namesIn, planOf, wrongWith } from "../src/pages/statistics/studies/plan";
+import {
+  draftOf,
+  EMPTY_ARTEFACT,
+  EMPTY_DRAFT,
+  gaugeRrQuery,
+  namesIn,
+  planOf,
+  wrongWith,
+} from "../src/pages/statistics/studies/plan";
 import { parseRoute, railEntryOf } from "../src/state/browser/route";
 import { en } from "../src/text/en";
 
@@ -51,6 +59,12 @@ test("what is missing is said, one thing after the other", () => {
     operators: [],
     n_trials: 3,
   });
+});
+
+test("the statistics of a characteristic lead to a study of it", () => {
+  const draft = draftOf(new URLSearchParams(gaugeRrQuery("block", "height")));
+  expect(draft).toEqual({ ...EMPTY_DRAFT, kind: "gauge_rr", recipe: "block", characteristic: "height" });
+  expect(draftOf(new URLSearchParams("kind=other"))).toEqual(EMPTY_DRAFT);
 });
 
 test("names are separated by commas", () => {

@@ -1,4 +1,4 @@
-/** Statistics of a characteristic: control chart, capability of the process, and of the station as a measuring system. */
+/** Statistics of a characteristic: control chart, capability of the process, type-1 study of the station. */
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
@@ -8,10 +8,10 @@ import { href, replaceQuery, route } from "../../state/browser/route";
 import { text } from "../../text";
 import { CapabilityCard } from "./capability_card";
 import { ControlCard } from "./control_card";
-import { GaugeRrCard } from "./gauge_rr_card";
 import { Outcome } from "./outcome";
 import { queryOf, referenceOf, type Selection, selectionOf, seriesQuery } from "./selection";
 import { SelectionBar } from "./selection_bar";
+import { gaugeRrQuery } from "./studies/plan";
 import { Type1Card } from "./type_1_card";
 import "./statistics.css";
 
@@ -72,12 +72,6 @@ function OfRecipe({ recipe }: { recipe: Schemas["NewestRecipeDto"] }) {
     finished,
     [...inputs, reference, selection.sigmas],
   );
-  const gauge_rr = useAutoReloaded(
-    () =>
-      data(api.GET("/api/v1/recipes/{id}/characteristics/{characteristic}/gauge-rr", { params: { path, query } })),
-    finished,
-    inputs,
-  );
   const unit = chart.state.value.value?.unit ?? "";
   return (
     <>
@@ -93,7 +87,15 @@ function OfRecipe({ recipe }: { recipe: Schemas["NewestRecipeDto"] }) {
       </Outcome>
       <div class="cards">
         <Type1Card selection={selection} unit={unit} change={change} study={type_1.state} />
-        <GaugeRrCard study={gauge_rr.state} />
+        <section class="card stack" aria-label={words.gauge_rr}>
+          <h2>{words.gauge_rr}</h2>
+          <p class="muted">{words.gauge_rr_hint}</p>
+          <p>
+            <a class="button" href={href("studies", undefined, gaugeRrQuery(recipe.id, shown))}>
+              {words.gauge_rr_plan}
+            </a>
+          </p>
+        </section>
       </div>
     </>
   );

@@ -71,19 +71,6 @@ export const statistics: typeof english = {
   factors_used: (percent, sigmas) => `${percent} % der Toleranz, ${sigmas} s`,
   gauge_rr: "Verfahren 2 (Gauge R&R)",
   gauge_rr_hint:
-    "Wiederholte Prüfungen mehrerer Teile, jedes gleich oft. Bediener unterscheidet das Attribut „operator“ der Prüfungen.",
-  component: "Streuung",
-  of_total: "der Gesamtstreuung",
-  of_tolerance: "der Toleranz",
-  components: {
-    repeatability: "Wiederholbarkeit",
-    reproducibility: "Vergleichbarkeit",
-    interaction: "Teil × Bediener",
-    gauge_rr: "Messsystem (R&R)",
-    part_variation: "Teile",
-    total_variation: "Gesamt",
-  },
-  ndc: "Unterscheidbare Klassen (ndc)",
-  design: "Studie",
-  design_of: (parts, operators, trials) => `${parts} Teile × ${operators} Bediener × ${trials} Wiederholungen`,
+    "Anteile der Station, der Prüfer und der Teile an der Streuung, aus wiederholten Prüfungen mehrerer Teile. Geplant wird es als Studie, die fehlende Prüfungen nennt und einen Bericht hat.",
+  gauge_rr_plan: "Gauge-R&R-Studie planen",
 };

@@ -113,6 +113,20 @@ export const studies = {
   scans: "Scans",
   simulated: "Simuliert",
   simulated_hint: "Ohne echte Geräte entstanden: kein Urteil über eine echte Station.",
-  components: "Anteile",
+  variation: "Streuung",
+  of_total: "der Gesamtstreuung",
+  of_tolerance: "der Toleranz",
+  variations: {
+    repeatability: "Wiederholbarkeit",
+    reproducibility: "Vergleichbarkeit",
+    interaction: "Teil × Prüfer",
+    gauge_rr: "Messsystem (R&R)",
+    part_variation: "Teile",
+    total_variation: "Gesamt",
+  },
+  ndc: "Unterscheidbare Klassen (ndc)",
+  design: "Studie",
+  design_of: (parts: number, operators: number, trials: number) =>
+    `${parts} Teile × ${operators} Prüfer × ${trials} Wiederholungen`,
   fitness_link: "Annahmetests und Messsystemanalyse",
 };

@@ -69,20 +69,6 @@ export const statistics = {
   factors_used: (percent: string, sigmas: string) => `${percent} % of the tolerance, ${sigmas} s`,
   gauge_rr: "Gauge R&R",
   gauge_rr_hint:
-    "Repeated inspections of several parts, each equally often. Operators are told apart by the attribute “operator” of the inspections.",
-  component: "Variation",
-  of_total: "of total",
-  of_tolerance: "of tolerance",
-  components: {
-    repeatability: "Repeatability",
-    reproducibility: "Reproducibility",
-    interaction: "Part × operator",
-    gauge_rr: "Gauge R&R",
-    part_variation: "Parts",
-    total_variation: "Total",
-  },
-  ndc: "Distinct categories (ndc)",
-  design: "Study",
-  design_of: (parts: number, operators: number, trials: number) =>
-    `${parts} parts × ${operators === 1 ? "1 operator" : `${operators} operators`} × ${trials} trials`,
+    "Shares of the station, the operators and the parts in the variation, from repeated inspections of several parts. It is planned as a study, which says which inspections are missing and has a report.",
+  gauge_rr_plan: "Plan a gauge R&R study",
 };

@@ -112,6 +112,20 @@ export const studies = {
   scans: "Scans",
   simulated: "Simulated",
   simulated_hint: "Made without real devices: no verdict on a real station.",
-  components: "Components",
+  variation: "Variation",
+  of_total: "of total",
+  of_tolerance: "of tolerance",
+  variations: {
+    repeatability: "Repeatability",
+    reproducibility: "Reproducibility",
+    interaction: "Part × operator",
+    gauge_rr: "Gauge R&R",
+    part_variation: "Parts",
+    total_variation: "Total",
+  },
+  ndc: "Distinct categories (ndc)",
+  design: "Study",
+  design_of: (parts: number, operators: number, trials: number) =>
+    `${parts} parts × ${operators === 1 ? "1 operator" : `${operators} operators`} × ${trials} trials`,
   fitness_link: "Acceptance tests and measurement system analysis",
 };

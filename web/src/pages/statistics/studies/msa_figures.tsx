@@ -43,7 +43,6 @@ const COMPONENTS = [
 
 export function GaugeRrFigures({ figures }: { figures: Schemas["GaugeRrDto"] }) {
   const words = text.value.studies;
-  const common = text.value.statistics;
   const percent = (value: number | null | undefined) =>
     value == null ? "–" : `${decimal(value, 1, language.value)} %`;
   return (
@@ -52,10 +51,10 @@ export function GaugeRrFigures({ figures }: { figures: Schemas["GaugeRrDto"] }) 
       <table class="wide">
         <thead>
           <tr>
-            <th>{common.component}</th>
+            <th>{words.variation}</th>
             <th class="number">{figures.unit}</th>
-            <th class="number">{common.of_total}</th>
-            <th class="number">{common.of_tolerance}</th>
+            <th class="number">{words.of_total}</th>
+            <th class="number">{words.of_tolerance}</th>
           </tr>
         </thead>
         <tbody>
@@ -64,14 +63,14 @@ export function GaugeRrFigures({ figures }: { figures: Schemas["GaugeRrDto"] }) 
             return (
               part && (
                 <tr key={name} data-component={name}>
-                  <td data-label={common.component}>{common.components[name]}</td>
+                  <td data-label={words.variation}>{words.variations[name]}</td>
                   <td class="number" data-label={figures.unit}>
                     {decimal(part.std_dev, 5, language.value)}
                   </td>
-                  <td class="number" data-label={common.of_total}>
+                  <td class="number" data-label={words.of_total}>
                     {percent(part.percent_of_total)}
                   </td>
-                  <td class="number" data-label={common.of_tolerance}>
+                  <td class="number" data-label={words.of_tolerance}>
                     {percent(part.percent_of_tolerance)}
                   </td>
                 </tr>
@@ -80,9 +79,12 @@ export function GaugeRrFigures({ figures }: { figures: Schemas["GaugeRrDto"] }) 
           })}
         </tbody>
       </table>
-      <p>
-        {common.ndc}: {count(figures.ndc, language.value)}
-      </p>
+      <dl class="facts">
+        <dt>{words.ndc}</dt>
+        <dd>{count(figures.ndc, language.value)}</dd>
+        <dt>{words.design}</dt>
+        <dd>{words.design_of(figures.n_parts, figures.n_operators, figures.n_trials)}</dd>
+      </dl>
     </section>
   );
 }

@@ -6,12 +6,12 @@ import { data, idempotencyKey, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { type Form, useForm } from "../../../components/fields/form";
-import { goTo } from "../../../state/browser/route";
+import { goTo, route } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import { AcceptanceForm } from "./acceptance_form";
 import { GaugeRrForm, Type1Form } from "./msa_form";
-import { type Draft, EMPTY_DRAFT, KINDS, type Kind, planOf, wrongWith } from "./plan";
+import { type Draft, draftOf, KINDS, type Kind, planOf, wrongWith } from "./plan";
 
 /** What the parts of the form share. */
 export interface DraftForm {
@@ -23,7 +23,7 @@ export function NewStudy() {
   const { api } = useApp();
   const words = text.value.studies;
   const form = useForm();
-  const draft = useSignal<Draft>(EMPTY_DRAFT);
+  const draft = useSignal<Draft>(draftOf(route.peek().query));
   const change = (part: Partial<Draft>) => (draft.value = { ...draft.peek(), ...part });
   const create = useMemo(
     () =>

@@ -71,6 +71,18 @@ export const EMPTY_DRAFT: Draft = {
   n_trials: 3,
 };
 
+/** The query of the URL at which a gauge R&R study of a characteristic is planned. */
+export function gaugeRrQuery(recipe: string, characteristic: string): Record<string, string> {
+  return { kind: "gauge_rr", recipe, characteristic };
+}
+
+/** What the query of the URL proposes for a new study. */
+export function draftOf(query: URLSearchParams): Draft {
+  const kind = KINDS.find((kind) => kind === query.get("kind")) ?? EMPTY_DRAFT.kind;
+  const [recipe, characteristic] = [query.get("recipe") ?? "", query.get("characteristic") ?? ""];
+  return { ...EMPTY_DRAFT, kind, recipe, characteristic };
+}
+
 /** Names separated by commas. */
 export function namesIn(list: string): string[] {
   return list
