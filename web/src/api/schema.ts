@@ -1326,6 +1326,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/scans/{id}/evaluate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Evaluates a plan on a scan and returns what an inspection with it would say: values, uncertainties, verdicts. Nothing is
+         *     stored. Responds when done, which can take some seconds; a request whose client goes away is cancelled.
+         */
+        post: operations["evaluate_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/scans/{id}/exports": {
         parameters: {
             query?: never;
@@ -1354,6 +1374,26 @@ export interface paths {
         get: operations["get_export"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/scans/{id}/find-features": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Finds the features that a tool measures on a scan: the two planes of a step, the sphere. For plans, which search each
+         *     feature in a region of its own. Nothing is stored; a request whose client goes away is cancelled.
+         */
+        post: operations["find_features"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3496,6 +3536,29 @@ export interface components {
              */
             value: number;
         };
+        /** @description Request to evaluate a plan on a scan. */
+        EvaluatePlanDto: {
+            /** @description The plan: features, alignment, characteristics with nominal values and limits. */
+            plan: components["schemas"]["Plan"];
+        };
+        /** @description What an inspection with the plan would say about the scanned part. It is not stored. */
+        EvaluationDto: {
+            /** @description Why there is no datum frame. */
+            alignment_failure?: string | null;
+            /** @description The calibration of its cloud. */
+            calibration_id: string;
+            datum_from_part?: components["schemas"]["PoseDto"] | null;
+            /** @description The features, in the order of the plan. */
+            features: components["schemas"]["PlanFeatureDto"][];
+            /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
+            frame: string;
+            /** @description The characteristics, in the order of the plan. */
+            results: components["schemas"]["CharacteristicResultDto"][];
+            /** @description The scan. */
+            scan_id: string;
+            /** @description The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. */
+            verdict: components["schemas"]["VerdictDto"];
+        };
         /** @description An event. */
         Event: {
             /** @description A job was accepted. */
@@ -3888,6 +3951,36 @@ export interface components {
             name: string;
             /** @description Value as text; absent for commands and unreadable features. */
             value?: string | null;
+        };
+        /** @description Features found by a tool, in the part frame. */
+        FeaturesFoundDto: {
+            /** @description The features, in the order in which the tool uses them. */
+            features: components["schemas"]["FeatureDto"][];
+        };
+        /**
+         * @description Request to find the features that a tool measures.
+         * @example {
+         *       "region_mm": [
+         *         -10,
+         *         -10,
+         *         380,
+         *         10,
+         *         10,
+         *         410
+         *       ],
+         *       "tool": "step"
+         *     }
+         */
+        FindFeaturesDto: {
+            /** @description Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other. */
+            region_mm?: number[] | null;
+            /**
+             * Format: int64
+             * @description Random seed of the search; default 1.
+             */
+            seed?: number | null;
+            /** @description Measurement tool. */
+            tool: components["schemas"]["ToolDto"];
         };
         /** @description A finding that questions the fitted model. */
         FindingDto: {
@@ -11851,6 +11944,45 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
+    evaluate_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EvaluatePlanDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EvaluationDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
     export_scan: {
         parameters: {
             query?: never;
@@ -11925,6 +12057,45 @@ export interface operations {
             408: components["responses"]["Problem"];
             409: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    find_features: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FindFeaturesDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FeaturesFoundDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
             507: components["responses"]["Problem"];

@@ -1,8 +1,11 @@
-//! Inspections: start, re-evaluate; hold and resume their queue.
+//! Inspections: start, re-evaluate, try a plan; hold and resume their queue.
 
 use std::time::Duration;
 
-use store::{Change, JobRecord, JobState};
+use metrology::{PartVerdict, Plan};
+use report::tables::plan_json;
+use serde_json::Value;
+use store::{Change, JobRecord, JobState, ScanRecord};
 
 use crate::App;
 use crate::access::principal::Principal;
@@ -10,11 +13,12 @@ use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::inspect::without_scan;
 use crate::jobs::{InspectInput, InspectionHold, JobInput, JobView, ReEvaluateInput, ScanSource};
-use crate::resources::inspections::InspectedPart;
+use crate::resources::inspections::{InspectedPart, judged};
 use crate::resources::labels::label;
-use crate::resources::recipes::check::{check_attributes, refused};
+use crate::resources::recipes::check::{check_attributes, check_plan, refused};
 use crate::resources::recipes::{RecipeRef, RecipeVersion, found};
 use crate::use_cases::jobs::start_job;
+use crate::use_cases::measurements::on_cloud;
 
 /// Requests the inspection of a part on the station, together with what `and` returns; without a recipe it is selected by
 /// serial number.
@@ -81,6 +85,36 @@ pub async fn re_evaluate(
         calibration_id,
     };
     start_job(app, by, JobInput::ReEvaluation(input), and).await
+}
+
+/// What an inspection with a plan would say about a scanned part.
+#[derive(Debug)]
+pub struct Evaluation {
+    /// The scan.
+    pub scan: ScanRecord,
+    /// The verdict on the part.
+    pub verdict: PartVerdict,
+    /// Values, uncertainties and verdicts, as an inspection stores them.
+    pub result: Value,
+}
+
+/// Measures a plan on the cloud of a scan and judges the part as an inspection would; stores nothing. Takes up to some
+/// seconds. `permit` is dropped when the computation has ended, also if the caller no longer waits for it.
+///
+/// # Errors
+/// The plan is inconsistent (at `/plan`), the scan does not exist, or it has no cloud.
+pub async fn evaluate_plan(
+    app: &App,
+    scan_id: &str,
+    plan: Plan,
+    permit: impl Send + 'static,
+) -> Result<Evaluation, AppError> {
+    check_plan(&plan, "/plan")?;
+    on_cloud(app, scan_id, permit, move |scan, cloud, calibration| {
+        let result = judged(&plan, &scan, cloud, calibration)?;
+        Ok(Evaluation { scan, verdict: result.verdict, result: plan_json(&result) })
+    })
+    .await
 }
 
 /// A result that would reach nobody is refused before the part is measured.

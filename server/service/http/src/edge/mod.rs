@@ -15,6 +15,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::Body;
 use axum::extract::Request;
+use axum::http::Method;
 use axum::response::{IntoResponse as _, Response};
 use futures_util::FutureExt as _;
 use hyper::body::Incoming;
@@ -37,6 +38,9 @@ use tokio_util::sync::CancellationToken;
 
 /// The only path that a connection beyond the limit may call.
 pub const STOP_PATH: &str = "/api/v1/station/stop";
+
+/// Ends of the paths of computations that change nothing, although their input makes them a `POST`.
+const COMPUTATIONS: [&str; 2] = ["/evaluate", "/find-features"];
 
 /// Maximum size of a request header, bytes.
 const HEADER_LIMIT_BYTES: usize = 64 * 1024;
@@ -140,10 +144,10 @@ async fn serve_connection(
         if let Some(reached) = reached {
             request.extensions_mut().insert(reached);
         }
-        let changes = !request.method().is_safe();
+        let lasting = outlives_client(request.method(), request.uri().path());
         let answering = answer(request.map(Body::new), peer, router.clone(), admission);
         // Spawned here rather than on first poll: the answer of a client that has gone is never polled.
-        if changes { detached(tasks.spawn(answering)).boxed() } else { answering.boxed() }
+        if lasting { detached(tasks.spawn(answering)).boxed() } else { answering.boxed() }
     });
     let (keep_alive, header_timeout) = match admission {
         Admission::Full => (true, HEADER_TIMEOUT),
@@ -168,6 +172,12 @@ async fn serve_connection(
     if let Err(cause) = ended {
         tracing::debug!(%peer, %cause, "connection ended");
     }
+}
+
+/// Whether a request is completed even if its client goes away: if it changes something.
+fn outlives_client(method: &Method, path: &str) -> bool {
+    let computes = method == Method::POST && COMPUTATIONS.iter().any(|computation| path.ends_with(computation));
+    !method.is_safe() && !computes
 }
 
 /// The answer of a request that runs in its own task.
@@ -196,4 +206,34 @@ fn too_many() -> Problem {
     Problem::new(ProblemKind::Unavailable, format!("the limit of {CONNECTION_LIMIT} open connections is reached"))
         .remedy("close some, or try again; Stop still works")
         .retry_after_s(5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_changes_something_outlives_its_client_and_a_mere_computation_does_not() {
+        let check = |method: Method, path: &str, expected: bool| {
+            assert_eq!(outlives_client(&method, path), expected, "{method} {path}");
+        };
+        check(Method::GET, "/api/v1/scans", false);
+        check(Method::POST, STOP_PATH, true);
+        check(Method::POST, "/api/v1/scans/7/measurements", true);
+        check(Method::DELETE, "/api/v1/scans/evaluate", true);
+        check(Method::POST, "/api/v1/inspections/7/re-evaluate", true);
+        check(Method::POST, "/api/v1/scans/7/evaluate", false);
+        check(Method::POST, "/api/v1/scans/7/find-features", false);
+    }
+
+    #[test]
+    fn every_computation_is_part_of_the_api() {
+        let document = serde_json::to_value(crate::rest::openapi::routes_and_document().1).unwrap();
+        for end in COMPUTATIONS {
+            assert!(
+                document["paths"][format!("/api/v1/scans/{{id}}{end}")]["post"].is_object(),
+                "{end} is not a route"
+            );
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Recipes, and parts inspected by them on the simulated station.
 
+mod evaluation;
 mod overhead;
 mod parts;
 mod recipes;

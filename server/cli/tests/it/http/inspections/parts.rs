@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::{block_recipe, inspect, inspected, place_block, studies};
+use super::{block_recipe, evaluation, inspect, inspected, place_block, studies};
 use crate::common::server::Server;
 use crate::http::fresh;
 
@@ -74,6 +74,7 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     exports(&server);
     reports_and_statistics(&server, &bad);
     studies::accepted(&server, &bad);
+    evaluation::same_as_inspected(&server, [&good, &bad], &recipe);
     re_evaluated(&server, &bad, &recipe);
     let study = studies::begun(&server);
     held(&server);

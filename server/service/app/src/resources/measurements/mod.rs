@@ -9,7 +9,7 @@ pub use crate::resources::scan_run::{MeasureInput, ScanPurpose};
 pub use check::check_measurements;
 
 use crate::events::{Event, MeasurementCreated, event};
-use metrology::{MeasureError, MeasureRequest, PartVerdict, Region, Tool, measure};
+use metrology::{MeasureError, MeasureRequest, Measurement, PartVerdict, Region, Tool, measure};
 use optics::Calibration;
 use scanning::Cloud;
 use serde_json::{Value, json};
@@ -77,21 +77,36 @@ pub fn measurement(
 ) -> Result<MeasurementRecord, AppError> {
     let request = input.request()?;
     match measure(cloud, Some(calibration), &request) {
-        Ok(measurement) => {
-            let mut result = measurement_json(&measurement);
-            for (feature_json, feature) in
-                result["features"].as_array_mut().into_iter().flatten().zip(&measurement.features)
-            {
-                feature_json["region"] = surface_region(cloud, feature);
-            }
-            Ok(record(scan, input, &request, judged(scan, result)))
-        }
+        Ok(measurement) => Ok(record(scan, input, &request, judged(scan, result_json(cloud, &measurement)))),
         Err(error @ (MeasureError::BadNumber { .. } | MeasureError::CalibrationMismatch { .. })) => {
             Err(Failure::from(error).into())
         }
         Err(error) if request.tolerance_mm.is_none() => Err(Failure::from(error).into()),
         Err(error) => Ok(not_measured(scan, input, &request, &AppError::from(Failure::from(error)))),
     }
+}
+
+/// The features that a tool finds in a cloud, as JSON with their regions; takes seconds.
+///
+/// # Errors
+/// A problem: an impossible request, a calibration of another station, or a feature that cannot be found.
+pub fn features_found(
+    cloud: &Cloud,
+    calibration: &Calibration,
+    input: &MeasureInput,
+) -> Result<Vec<Value>, AppError> {
+    let found = measure(cloud, Some(calibration), &input.request()?).map_err(Failure::from)?;
+    Ok(result_json(cloud, &found)["features"].as_array().cloned().unwrap_or_default())
+}
+
+/// The result with the region of each feature.
+fn result_json(cloud: &Cloud, measurement: &Measurement) -> Value {
+    let mut result = measurement_json(measurement);
+    let features = result["features"].as_array_mut().into_iter().flatten();
+    for (feature_json, feature) in features.zip(&measurement.features) {
+        feature_json["region"] = surface_region(cloud, feature);
+    }
+    result
 }
 
 /// The same for measurements in a scan job: a failure to measure is a verdict as well.

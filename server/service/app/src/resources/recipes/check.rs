@@ -1,5 +1,6 @@
 //! Validation of a recipe; each refusal has a JSON pointer and a remedy.
 
+use metrology::Plan;
 use remedy::Remedy as _;
 use serde_json::Value;
 
@@ -54,6 +55,40 @@ pub(crate) fn check_attributes<'a>(
     Ok(())
 }
 
+/// Checks a plan; `place` is its JSON pointer in the request. The problem names the characteristic or feature.
+pub(crate) fn check_plan(plan: &Plan, place: &str) -> Result<(), AppError> {
+    plan.check().map_err(|error| {
+        let detail = match part_at(plan, &error.pointer) {
+            Some(part) => format!("{part}: {}", error.detail),
+            None => error.detail.clone(),
+        };
+        refused(format!("{place}{}", error.pointer), detail, &error.remedy().unwrap_or_default())
+    })?;
+    for (idx, characteristic) in plan.characteristics.iter().enumerate() {
+        let is_plain = |value: &Value| value.is_string() || value.is_number() || value.is_boolean();
+        if let Some((name, _)) = characteristic.attributes.iter().find(|(_, value)| !is_plain(value)) {
+            let place = format!("{place}/characteristics/{idx}/attributes/{name}");
+            let detail = format!(
+                "characteristic \"{}\": an attribute is a text, a number, true or false",
+                characteristic.id
+            );
+            return Err(refused(place, detail, "give one of them"));
+        }
+    }
+    Ok(())
+}
+
+/// The characteristic or feature that a pointer into a plan leads to, by its id.
+fn part_at(plan: &Plan, pointer: &str) -> Option<String> {
+    let mut parts = pointer.split('/').skip(1);
+    let (list, idx) = (parts.next()?, parts.next()?.parse::<usize>().ok()?);
+    match list {
+        "characteristics" => plan.characteristics.get(idx).map(|one| format!("characteristic \"{}\"", one.id)),
+        "features" => plan.features.get(idx).map(|one| format!("feature \"{}\"", one.id)),
+        _ => None,
+    }
+}
+
 impl Recipe {
     /// Validates it; pointers start with `/recipe`.
     ///
@@ -68,20 +103,10 @@ impl Recipe {
             SerialRule::new(pattern)?;
         }
         self.scan.check()?;
-        self.plan.check().map_err(|error| {
-            let problem = AppError::new(ErrorKind::Impossible, error.detail.clone());
-            problem.at(format!("/recipe/plan{}", error.pointer)).remedy(error.remedy().unwrap_or_default())
-        })?;
+        check_plan(&self.plan, "/recipe/plan")?;
         if self.plan.characteristics.is_empty() {
             let detail = "the plan has no characteristics";
             return Err(refused("/recipe/plan/characteristics", detail, "add a characteristic"));
-        }
-        for (idx, characteristic) in self.plan.characteristics.iter().enumerate() {
-            let is_plain = |value: &Value| value.is_string() || value.is_number() || value.is_boolean();
-            if let Some((name, _)) = characteristic.attributes.iter().find(|(_, value)| !is_plain(value)) {
-                let place = format!("/recipe/plan/characteristics/{idx}/attributes/{name}");
-                return Err(refused(place, "an attribute is a text, a number, true or false", "give one of them"));
-            }
         }
         for (idx, door) in self.outputs.iter().flatten().enumerate() {
             label(door, &format!("/recipe/outputs/{idx}"))?;

@@ -36,6 +36,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(measurement_plan::routes())
         .merge(inspection::recipes::routes())
         .merge(inspection::inspections::routes())
+        .merge(inspection::evaluation::routes())
         .merge(inspection::statistics::routes())
         .merge(inspection::studies::routes())
         .merge(doors::routes())

@@ -1,5 +1,6 @@
 //! Inspections on the wire.
 
+pub mod evaluation;
 pub mod inspections;
 pub mod requests;
 pub mod results;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use store::{DamagedRow, MeasurementRecord};
 use utoipa::{IntoParams, ToSchema};
 
-use crate::wire::measurement::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+use crate::wire::measurement::measurement_results::{FeatureDto, MeasurementRequestDto, MeasurementResultDto};
 use crate::wire::parse_stored;
 use app::measurements::MeasureInput;
 use app::measurements::parts::verdict_in;
@@ -110,6 +110,43 @@ pub struct MeasureDto {
     pub region_mm: Option<[f64; 6]>,
     /// Random seed of the search; default 1.
     pub seed: Option<u64>,
+}
+
+/// Request to find the features that a tool measures.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "tool": "step", "region_mm": [-10, -10, 380, 10, 10, 410] }))]
+pub struct FindFeaturesDto {
+    /// Measurement tool.
+    pub tool: ToolDto,
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[schema(min_items = 6, max_items = 6)]
+    pub region_mm: Option<[f64; 6]>,
+    /// Random seed of the search; default 1.
+    pub seed: Option<u64>,
+}
+
+impl From<FindFeaturesDto> for MeasureInput {
+    fn from(dto: FindFeaturesDto) -> Self {
+        let FindFeaturesDto { tool, region_mm, seed } = dto;
+        MeasureDto { tool, name: None, nominal_mm: None, tolerance_mm: None, region_mm, seed }.into()
+    }
+}
+
+/// Features found by a tool, in the part frame.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct FeaturesFoundDto {
+    /// The features, in the order in which the tool uses them.
+    pub features: Vec<FeatureDto>,
+}
+
+impl TryFrom<(String, Value)> for FeaturesFoundDto {
+    type Error = DamagedRow;
+
+    /// From the scan's id and the features as they are stored with a measurement.
+    fn try_from((scan_id, features): (String, Value)) -> Result<Self, DamagedRow> {
+        Ok(Self { features: parse_stored("features", &scan_id, features)? })
+    }
 }
 
 /// A measurement.

@@ -1,5 +1,6 @@
 //! Recipes, inspections, statistics over them, and studies of the station.
 
+pub mod evaluation;
 pub mod inspections;
 pub mod recipes;
 pub mod statistics;
