@@ -13,7 +13,7 @@ const STATION_MS = 300_000;
 /** A value differs from the true height by less than this, mm: several times U of the simulated station. */
 const HEIGHT_OFF_MM = 0.02;
 
-/** The same scan by tool and by plan: different points of the same surfaces, mm. */
+/** Two scans of the same part differ by less than this, mm: U of the simulated station. */
 const SAME_MM = 0.005;
 
 /** A cloud that has so many points this many times in a row is complete. */
@@ -88,15 +88,28 @@ test(
     const tried_mm = await shownMm(page, "[data-trial=step] strong");
     expect(Math.abs(tried_mm - HEIGHT_MM)).toBeLessThan(HEIGHT_OFF_MM);
     expect(await page.locator("[data-trial=step]").textContent()).toMatch(/U \(k = 2\)[\d.]+ µm/);
+    await page.locator("[data-trial=step]", { hasText: "none without limits" }).waitFor();
 
-    await card.getByRole("button", { name: "Take as nominal" }).click();
+    // Limits without a nominal are refused, with the name of the characteristic; the value decides when there is one.
     await card.getByLabel("Name").fill("height");
-    await card.getByLabel("Lower deviation").fill("-0.03");
     await card.getByLabel("Upper deviation").fill("0.03");
+    await page.keyboard.press("Enter");
+    await card.getByText(/^characteristic ".+": limits need a nominal/).waitFor();
+    await card.getByLabel("Nominal").fill(String(HEIGHT_MM));
+    await page.keyboard.press("Enter");
+    await page.locator("[data-trial=step] [data-verdict=ok]").waitFor();
+    await card.getByLabel("Upper deviation").fill("-1");
+    await page.keyboard.press("Enter");
+    await page.locator("[data-trial=step] [data-verdict=not_ok]").waitFor();
+    await card.getByLabel("Upper deviation").fill("0.03");
+    await card.getByLabel("Lower deviation").fill("-0.03");
+    await card.getByRole("button", { name: "Take as nominal" }).click();
+    await page.locator("[data-trial=step] [data-verdict=ok]").waitFor();
     await expectAccessibleInBoth(page);
     await picture(page, "teach");
     await card.getByRole("button", { name: "Add to the recipe" }).click();
-    await page.locator("[data-taught=height]").waitFor();
+    await page.locator("[data-taught=height] [data-verdict=ok]").waitFor();
+    await page.locator("[data-plan-verdict=ok]").waitFor();
 
     await page.getByLabel("ID", { exact: true }).fill("taught");
     const publish = page.getByRole("region", { name: "Publish version" });
@@ -131,6 +144,9 @@ test(
     expect(complaints).toEqual([]);
     await context.close();
 
+    // Trials left nothing behind.
+    const { items: measured } = await server.call<{ items: unknown[] }>("GET", "/api/v1/measurements");
+    expect(measured).toEqual([]);
     const version = await server.call<Schemas["RecipeVersionDto"]>("GET", "/api/v1/recipes/taught/versions/2");
     expect(version.reason).toBe("wider fit");
     const inspected = await server.job("/api/v1/inspections", { recipe: "taught", serial: "T-1" });
@@ -146,47 +162,75 @@ test(
   STATION_MS,
 );
 
-test("a recipe is taught on the part of an inspection, and the part evaluated with it", async () => {
-  const { items } = await server.call<{ items: Schemas["InspectionDto"][] }>("GET", "/api/v1/inspections");
-  const inspection = items[0];
-  const { page, context, complaints } = await visit(browser, server.url, `#/inspections/${inspection?.id}`);
-  await page.getByRole("link", { name: "Teach the recipe on this part" }).click();
-  await page.locator("[data-taught=height]").waitFor();
-  await wholeCloud(page);
-  await page.getByLabel("What is measured").selectOption("flatness");
-  const card = page.getByRole("region", { name: "Characteristic", exact: true });
-  await card.getByRole("button", { name: "Measure" }).click();
-  await page.locator("[data-trial=flatness]").waitFor();
-  await card.getByLabel("Name").fill("flat");
-  await card.getByRole("button", { name: "Add to the recipe" }).click();
-  // What is measured between features that the recipe has already.
-  await page.getByText("Characteristics from several features").click();
-  const composed = page.getByRole("group", { name: "Characteristic", exact: true });
-  await composed.getByText("Choose different features.").waitFor();
-  await composed.locator("select").nth(1).selectOption("height_top");
-  await composed.locator("select").nth(2).selectOption("height_base");
-  await composed.getByLabel("Name").fill("parallel");
-  await composed.getByRole("button", { name: "Add to the recipe" }).click();
-  await page.locator("[data-taught=parallel]").waitFor();
-  await page.getByLabel("Reason").fill("flatness and parallelism, too");
-  await page.getByRole("button", { name: "Publish version" }).click();
-  await page.getByRole("button", { name: "Evaluate T-1 with this version" }).click();
-  await page.locator("[data-characteristic=flat]").waitFor();
-  const parallel = await page.locator("[data-characteristic=parallel] td").allTextContents();
-  expect(parallel[4]).toMatch(/^0\.\d{3} mm$/);
+test(
+  "a recipe is taught on the part of an inspection, and the part evaluated with it",
+  async () => {
+    const { items } = await server.call<{ items: Schemas["InspectionDto"][] }>("GET", "/api/v1/inspections");
+    const inspection = items[0];
+    const { page, context, complaints } = await visit(browser, server.url, `#/inspections/${inspection?.id}`);
+    await page.getByRole("link", { name: "Teach the recipe on this part" }).click();
+    await page.locator("[data-taught=height]").waitFor();
+    await wholeCloud(page);
+    await page.locator("[data-taught=height] [data-verdict=ok]").waitFor();
+    await page.getByLabel("What is measured").selectOption("flatness");
+    const card = page.getByRole("region", { name: "Characteristic", exact: true });
+    await card.getByRole("button", { name: "Measure" }).click();
+    await page.locator("[data-trial=flatness]").waitFor();
+    // Flatness has an upper limit only.
+    expect(await card.getByLabel("Nominal").count()).toBe(0);
+    await card.getByLabel("Name").fill("flat");
+    await card.getByLabel("Upper deviation").fill("0.001");
+    await page.keyboard.press("Enter");
+    await page.locator("[data-trial=flatness] [data-verdict]").waitFor();
+    await card.getByRole("button", { name: "Add to the recipe" }).click();
+    // What is measured between features that the recipe has already.
+    await page.getByText("Characteristics from several features").click();
+    await page.locator("[data-feature=height_top]", { hasText: "points" }).waitFor();
+    const composed = page.getByRole("group", { name: "Characteristic", exact: true });
+    await composed.getByText("Choose different features.").waitFor();
+    await composed.locator("select").nth(1).selectOption("height_top");
+    await composed.locator("select").nth(2).selectOption("height_base");
+    await composed.getByLabel("Name").fill("parallel");
+    await composed.getByRole("button", { name: "Add to the recipe" }).click();
+    await page.locator("[data-taught=parallel][data-current=true]").waitFor();
+    await page.locator("[data-taught=parallel]").getByRole("button", { name: "Show" }).click();
+    await page.locator("[data-taught=parallel][aria-current=true]").waitFor();
+    const rows = ["height", "flat", "parallel"];
+    const shown = (selector: (id: string) => string, columns: readonly number[]) =>
+      Promise.all(
+        rows.map(async (id) => {
+          const cells = await page.locator(`${selector(id)} td`).allTextContents();
+          return columns.map((column) => cells[column]?.trim());
+        }),
+      );
+    // Value with one digit more than in an inspection, U, verdict.
+    const tried = await shown((id) => `[data-taught=${id}]`, [1, 2, 3]);
+    await expectAccessibleInBoth(page);
+    await picture(page, "teach-plan");
+    await page.getByLabel("Reason").fill("flatness and parallelism, too");
+    await page.getByRole("button", { name: "Publish version" }).click();
+    await page.getByRole("button", { name: "Evaluate T-1 with this version" }).click();
+    await page.locator("[data-characteristic=flat]").waitFor();
+    // The inspection says what teaching has said.
+    const stored = await shown((id) => `[data-characteristic=${id}]`, [4, 5, 6]);
+    const in_digits_of = (value = "") => `${Number.parseFloat(value).toFixed(3)} mm`;
+    expect(stored).toEqual(tried.map(([value, ...rest]) => [in_digits_of(value), ...rest]));
+    expect(tried[1]?.[2]).toContain("NOT OK");
 
-  // Row and place on the cloud, both ways.
-  const row = (id: string) => page.locator(`[data-characteristic=${id}]`);
-  await row("flat").getByRole("button", { name: "Show" }).click();
-  await page.locator("[data-characteristic=flat][aria-current=true]").waitFor();
-  await page.locator('[data-label="height"]').click();
-  await page.locator("[data-characteristic=height][aria-current=true]").waitFor();
-  expect(await page.locator(".cloud-tools select").first().inputValue()).toBe("deviation");
-  await expectAccessibleInBoth(page);
-  await picture(page, "inspection-cloud");
-  expect(complaints).toEqual([]);
-  await context.close();
-});
+    // Row and place on the cloud, both ways.
+    const row = (id: string) => page.locator(`[data-characteristic=${id}]`);
+    await row("flat").getByRole("button", { name: "Show" }).click();
+    await page.locator("[data-characteristic=flat][aria-current=true]").waitFor();
+    await page.locator('[data-label="height"]').click();
+    await page.locator("[data-characteristic=height][aria-current=true]").waitFor();
+    expect(await page.locator(".cloud-tools select").first().inputValue()).toBe("deviation");
+    await expectAccessibleInBoth(page);
+    await picture(page, "inspection-cloud");
+    expect(complaints).toEqual([]);
+    await context.close();
+  },
+  STATION_MS,
+);
 
 test("teaching fits a phone, and is German for Germans", async () => {
   const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, locale: "de-DE" };

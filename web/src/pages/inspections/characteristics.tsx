@@ -5,6 +5,7 @@ import { VerdictWord } from "../../components/verdict";
 import { href } from "../../state/browser/route";
 import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
 import { text } from "../../text";
+import { Remarks } from "./remarks";
 import { measureName, uncertaintyOf, withUnit } from "./values";
 
 interface Properties {
@@ -73,8 +74,6 @@ function Row({ recipe_id, result, is_current, show }: RowProperties) {
   };
   const words = text.value.inspections;
   const { lower, upper } = limitsOf(result);
-  // `reason` contains `failure`.
-  const reasons = [result.reason ?? result.failure, ...result.findings.map((finding) => finding.text)];
   return (
     <tr
       ref={row}
@@ -94,24 +93,7 @@ function Row({ recipe_id, result, is_current, show }: RowProperties) {
             <span class="visually-hidden">: {result.id}</span>
           </button>
         )}
-        {[...new Set(reasons)].map(
-          (reason) =>
-            reason && (
-              <div key={reason} class="reason" lang="en">
-                {reason}
-              </div>
-            ),
-        )}
-        {result.uncertainty_missing.length > 0 && (
-          <div class="reason">
-            {words.incomplete} <span lang="en">{result.uncertainty_missing.join(", ")}</span>
-          </div>
-        )}
-        {result.notes.map((note) => (
-          <div key={note} class="muted" lang="en">
-            {note}
-          </div>
-        ))}
+        <Remarks result={result} />
       </td>
       <td class="number nowrap" data-label={words.nominal}>
         {withUnit(result.nominal, result)}

@@ -89,7 +89,7 @@ function OnPart({ inspection, scan_id }: { inspection: Inspection; scan_id: stri
         recipe_id={inspection.recipe.id}
         results={inspection.results}
         current={part?.current.value}
-        shower={(id) => (part?.places.value.has(id) ? () => part.showFromRow(id) : undefined)}
+        shower={(id) => (part?.on_cloud.places.has(id) ? () => part.showFromRow(id) : undefined)}
       />
       <Show of={state}>{(part) => <PartCard state={part} />}</Show>
     </>

@@ -182,12 +182,7 @@ export class ResultState {
     const feature = featureOf(measurement);
     if (!feature) return;
     this.selected.value = measurement.id;
-    const grid = gridOf(measurement);
-    this.view.feature.value = { shape: shapeOf(feature.shape), grid };
-    this.view.shape_name.value = feature.role;
-    // A range entered for another shape does not apply.
-    const { deviation: _, ...others } = this.view.custom_ranges.peek();
-    this.view.custom_ranges.value = others;
+    this.view.deviateFrom({ shape: shapeOf(feature.shape), grid: gridOf(measurement) }, feature.role);
   }
 
   /** Colours the cloud by the distance from this measurement's fitted shape. */

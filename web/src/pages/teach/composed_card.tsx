@@ -2,7 +2,8 @@
 
 import { useSignal } from "@preact/signals";
 import { selected } from "../../components/fields/selected";
-import { text } from "../../text";
+import { language, text } from "../../text";
+import { count } from "../../units";
 import {
   COMPOSED,
   type Composed,
@@ -26,14 +27,35 @@ export function ComposedCard({ state }: { state: TeachState }) {
       <div class="stack">
         <p class="muted">{words.composed_hint}</p>
         <FeatureForm state={state} />
-        {features.length > 0 && (
-          <p>
-            {words.features}: <span class="mono">{features.map(({ id }) => id).join(", ")}</span>
-          </p>
-        )}
+        {features.length > 0 && <Features state={state} />}
         <CharacteristicForm state={state} />
       </div>
     </details>
+  );
+}
+
+/** The features of the plan, as they were found on this scan. */
+function Features({ state }: { state: TeachState }) {
+  const words = text.value.teach;
+  const said = new Map(state.trial.answered.value?.said.features.map((feature) => [feature.id, feature]));
+  return (
+    <ul class="plain features" aria-label={words.features}>
+      {state.plan.value.features.map(({ id }) => {
+        const found = said.get(id);
+        return (
+          <li key={id} data-feature={id}>
+            <span class="mono">{id}</span>{" "}
+            {found?.failure ? (
+              <span class="reason" lang="en">
+                {found.failure}
+              </span>
+            ) : (
+              <span class="muted">{found ? words.n_points(count(found.n_points, language.value)) : "–"}</span>
+            )}
+          </li>
+        );
+      })}
+    </ul>
   );
 }
 

@@ -9,9 +9,11 @@ import type { Tool } from "../../state/choices";
 export type Plan = Schemas["Plan"];
 export type Characteristic = Schemas["PlanCharacteristic"];
 export type PlanFeature = Schemas["PlanFeature"];
-type Fitted = Schemas["FeatureDto"];
+export type Fitted = Schemas["FeatureDto"];
+/** What an inspection with a plan would say about a scan. */
+export type Evaluation = Schemas["EvaluationDto"];
 
-/** What can be taught in one step. Slots and circles are measured by plans only, all others by a tool at once. */
+/** What can be taught in one step. */
 export const TAUGHT = [
   "sphere_diameter",
   "sphere_radius",
@@ -27,17 +29,25 @@ export const TAUGHT = [
 ] as const;
 export type Taught = (typeof TAUGHT)[number];
 
-/** The tool that measures it at once, and the factor from the tool's value to that of the characteristic. */
-export const MEASURED_BY: Partial<Record<Taught, { tool: Tool; factor: 1 | 2 }>> = {
-  sphere_diameter: { tool: "sphere", factor: 2 },
-  sphere_radius: { tool: "sphere", factor: 1 },
-  cylinder_diameter: { tool: "cylinder", factor: 2 },
-  cylinder_radius: { tool: "cylinder", factor: 1 },
-  flatness: { tool: "flatness", factor: 1 },
-  step: { tool: "step", factor: 1 },
-  distance: { tool: "distance", factor: 1 },
-  angle: { tool: "angle", factor: 1 },
+/** The tool that finds its features on the scan; the others are searched in the region by the plan alone. */
+export const FOUND_BY: Partial<Record<Taught, Tool>> = {
+  sphere_diameter: "sphere",
+  sphere_radius: "sphere",
+  cylinder_diameter: "cylinder",
+  cylinder_radius: "cylinder",
+  step: "step",
+  distance: "distance",
+  angle: "angle",
 };
+
+/** What was chosen and found for the next characteristic. */
+export interface Candidate {
+  taught: Taught;
+  /** Where it was searched; everywhere if undefined. */
+  region: Box | undefined;
+  /** The features found by its tool. */
+  found: readonly Fitted[];
+}
 
 /** Features and a characteristic of them, without limits. */
 export interface Parts {
@@ -207,6 +217,32 @@ export interface Limits {
   /** Smallest and largest permitted deviation from nominal. */
   lower?: number | undefined;
   upper?: number | undefined;
+}
+
+/** Measures that are never below 0, their nominal value: only an upper limit applies. */
+const DEVIATIONS: readonly string[] = ["flatness", "parallelism", "perpendicularity", "position", "profile"];
+
+export function isDeviation({ measure }: Pick<Characteristic, "measure">): boolean {
+  return DEVIATIONS.includes(measure.type);
+}
+
+/** A name for a characteristic that has none yet. */
+export function freeId(plan: Plan): string {
+  for (let idx = 1; ; idx++) {
+    const id = idx === 1 ? "new" : `new${idx}`;
+    if (idFault(plan, id) === undefined) return id;
+  }
+}
+
+/** A feature with its region turned into the datum frame; `pose`: that frame, if the plan aligns the part. */
+export function inFrameOfPlan(feature: PlanFeature, pose: Schemas["PoseDto"] | undefined): PlanFeature {
+  const { shape } = feature;
+  const region = "select" in shape ? shape.select?.region : undefined;
+  if (!pose || !("select" in shape) || region?.type !== "box") return feature;
+  const [min, max] = [region.min_mm, region.max_mm] as [Box["min"], Box["max"]];
+  const box = boxInDatum({ min, max }, pose);
+  const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
+  return { ...feature, shape: { ...shape, select } };
 }
 
 export function unitOf({ measure }: Characteristic): "mm" | "°" {

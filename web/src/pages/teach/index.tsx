@@ -1,6 +1,6 @@
 /** Teaching a recipe on a finished scan: region, tool, value at once, limits, publication as the next version. */
 
-import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
+import { useCallback, useEffect, useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { useForm } from "../../components/fields/form";
@@ -60,14 +60,8 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
   useEffect(() => {
     view.card.value = "region";
   }, [view]);
-  const end_feed = useRef<(() => void) | undefined>(undefined);
-  const onViewer = useCallback(
-    (viewer: CloudViewer | undefined) => {
-      end_feed.current?.();
-      end_feed.current = viewer && state.result.feed(viewer);
-    },
-    [state],
-  );
+  useEffect(() => state.follow(), [state]);
+  const onViewer = useCallback((viewer: CloudViewer | undefined) => state.onViewer(viewer), [state]);
   const problem = state.result.problem.value;
   return (
     <div class="stack teach">

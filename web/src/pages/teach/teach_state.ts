@@ -1,23 +1,29 @@
-/** State of teaching: the tool, its trial on the scan, and the plan that will be published. */
+/** State of teaching: what is measured next, its trial on the scan, and the plan that will be published. */
 
-import { computed, signal } from "@preact/signals";
+import { batch, computed, effect, type ReadonlySignal, signal } from "@preact/signals";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import type { App } from "../../app";
 import { succeeded } from "../../components/job/job_problem";
 import type { Box } from "../../scene/cloud/cloud";
+import type { CloudViewer } from "../../scene/view/viewer";
 import { goTo } from "../../state/browser/route";
-import type { Inspection } from "../../state/records/inspections";
+import type { CharacteristicResult, Inspection } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";
 import { ResultState } from "../result/result_state";
-import type { Measurement, Scan } from "../result/scan_record";
+import type { Scan } from "../result/scan_record";
+import { PlanOnCloud } from "../viewer/plan_on_cloud";
 import {
-  boxInDatum,
+  type Candidate,
   type Characteristic,
   EMPTY_PLAN,
+  type Fitted,
+  FOUND_BY,
+  freeId,
   idFault,
+  inFrameOfPlan,
   type Limits,
   limited,
-  MEASURED_BY,
+  type Parts,
   type Plan,
   type PlanFeature,
   partsOf,
@@ -26,17 +32,7 @@ import {
   withoutCharacteristic,
   withParts,
 } from "./draft";
-
-/** A measured value of what is taught, in the unit of the characteristic. */
-export interface Trial {
-  measurement: Measurement;
-  /** Where it was searched. */
-  region: Box | undefined;
-  value: number | undefined;
-  /** Expanded uncertainty, k = 2. */
-  u: number | undefined;
-  unit: "mm" | "°";
-}
+import { PlanTrial } from "./plan_trial";
 
 export class TeachState {
   /** The scan with its cloud. */
@@ -44,10 +40,42 @@ export class TeachState {
   readonly taught = signal<Taught>("sphere_diameter");
   readonly id = signal("");
   readonly limits = signal<Limits>({});
-  readonly trial = signal<Trial | undefined>(undefined);
   readonly plan = signal<Plan>(EMPTY_PLAN);
-  /** Trials of characteristics that were added. */
-  readonly values = signal<ReadonlyMap<string, Trial>>(new Map());
+  /** What was measured and is not added yet. */
+  readonly candidate = signal<Candidate | undefined>(undefined);
+  /** The name of the candidate until it is added. */
+  readonly trial_id = signal("");
+  /** The plan with the candidate. */
+  readonly tried: ReadonlySignal<Plan> = computed(() => {
+    const candidate = this.candidate.value;
+    return candidate ? withParts(this.plan.value, this.partsOf(candidate, this.trial_id.value)) : this.plan.value;
+  });
+  readonly trial: PlanTrial;
+  /** Whether the answers are those of the plan as it is now. */
+  readonly is_current = computed(() => this.trial.answered.value?.plan === this.tried.value);
+  /** Results on this scan by characteristic, of an earlier plan while the present one is evaluated. */
+  readonly results = computed<ReadonlyMap<string, CharacteristicResult>>(
+    () => new Map(this.trial.answered.value?.said.results.map((result) => [result.id, result])),
+  );
+  /** Whether a characteristic of the plan has limits, so that there is a verdict. */
+  readonly has_limits = computed(() =>
+    this.plan.value.characteristics.some(({ lower, upper }) => lower != null || upper != null),
+  );
+  /** The result of the candidate. */
+  readonly candidate_result = computed(() =>
+    this.candidate.value ? this.results.value.get(this.trial_id.value) : undefined,
+  );
+  /** The datum frame of this part, if the plan has an alignment and its features were found. */
+  readonly pose = computed(() => {
+    const { datum_from_part } = this.trial.answered.value?.said ?? {};
+    return this.plan.value.alignment ? (datum_from_part ?? undefined) : undefined;
+  });
+  /** The characteristic that is highlighted on the cloud. */
+  readonly current = signal<string | undefined>(undefined);
+  readonly on_cloud = computed(() => {
+    const answered = this.trial.answered.value;
+    return answered && new PlanOnCloud(answered.plan, answered.said, () => this.viewer?.cloud);
+  });
   /** The recipe of which the next version is taught; undefined: a new one. */
   readonly base = signal<Schemas["NewestRecipeDto"] | undefined>(undefined);
   readonly new_id = signal("");
@@ -61,6 +89,9 @@ export class TeachState {
   readonly import_file: Command<[File]>;
   /** Starts from the newest version of a recipe, or from nothing. */
   readonly load: Command<[string | undefined]>;
+  private viewer: CloudViewer | undefined;
+  private end_feed: (() => void) | undefined;
+  private evaluating: Promise<void> = Promise.resolve();
 
   constructor(
     private readonly app: App,
@@ -69,7 +100,8 @@ export class TeachState {
     readonly inspection: Inspection | undefined,
   ) {
     this.result = new ResultState(app, scan);
-    this.measure = new Command(() => this.runTrial());
+    this.trial = new PlanTrial(app.api, scan.id);
+    this.measure = new Command(() => this.tryCandidate());
     this.publish = new Command(() => this.publishPlan());
     this.load = new Command((_steps, id) => this.start(id));
     this.import_file = new Command((_steps, file) => this.importFile(file));
@@ -87,9 +119,43 @@ export class TeachState {
     });
   }
 
-  /** Whether the plan aligns the part, but the pose of this part is unknown. */
+  /** Evaluates the plan whenever it changes, until the returned function is called. */
+  follow(): () => void {
+    const { view } = this.result;
+    view.onLabel = (id) => this.show(id);
+    const ends = [
+      effect(() => {
+        const tried = this.tried.value;
+        if (!this.scan.cloud || tried.features.length === 0) this.trial.clear();
+        else if (this.trial.answered.peek()?.plan === tried) this.trial.cancel();
+        else this.evaluating = this.trial.evaluate(tried);
+      }),
+      effect(() => {
+        view.labels.value = this.on_cloud.value?.labels(this.current.value) ?? [];
+      }),
+    ];
+    return () => {
+      for (const end of ends) end();
+      view.onLabel = undefined;
+      this.trial.cancel();
+    };
+  }
+
+  onViewer(viewer: CloudViewer | undefined): void {
+    this.end_feed?.();
+    this.viewer = viewer;
+    this.end_feed = viewer && this.result.feed(viewer);
+  }
+
+  /** Colours the cloud by the distance from the feature of a characteristic. */
+  show(id: string): void {
+    this.current.value = id;
+    this.on_cloud.peek()?.show(id, this.result.view);
+  }
+
+  /** Whether the plan aligns the part, but the datum frame of this part is unknown. */
   get pose_missing(): boolean {
-    return this.plan.value.alignment != null && this.pose() === undefined;
+    return this.plan.value.alignment != null && this.pose.value === undefined;
   }
 
   /** Starts from the newest version of a recipe, or from nothing; what was added is lost. */
@@ -98,8 +164,11 @@ export class TeachState {
       ? await data(this.app.api.GET("/api/v1/recipes/{id}", { params: { path: { id } } }))
       : undefined;
     this.base.value = base;
-    this.plan.value = base?.recipe.plan ?? EMPTY_PLAN;
-    this.values.value = new Map();
+    this.trial.clear();
+    batch(() => {
+      this.candidate.value = undefined;
+      this.plan.value = base?.recipe.plan ?? EMPTY_PLAN;
+    });
     this.published.value = undefined;
   }
 
@@ -130,29 +199,28 @@ export class TeachState {
   }
 
   choose(taught: Taught): void {
-    this.taught.value = taught;
-    this.trial.value = undefined;
-    this.limits.value = {};
+    batch(() => {
+      this.taught.value = taught;
+      this.candidate.value = undefined;
+      this.limits.value = {};
+    });
   }
 
-  /** Adds the characteristic with its features to the plan. */
+  /** Adds the candidate to the plan under its name. */
   add(): void {
-    const [taught, id, trial] = [this.taught.peek(), this.id.peek(), this.trial.peek()];
-    const region = trial ? trial.region : this.region();
-    const fitted = trial?.measurement.result.features ?? [];
-    const parts = partsOf(taught, id, region, fitted);
-    const features = parts.features.map((feature) => this.featureInFrameOfPlan(feature));
-    const characteristic = limited(parts.characteristic, this.limits.peek());
-    this.plan.value = withParts(this.plan.peek(), { features, characteristic });
-    if (trial) this.values.value = new Map([...this.values.peek(), [id, trial]]);
-    this.trial.value = undefined;
-    this.limits.value = {};
-    this.id.value = "";
+    const candidate = this.candidate.peek();
+    if (!candidate) return;
+    batch(() => {
+      this.plan.value = withParts(this.plan.peek(), this.partsOf(candidate, this.id.peek()));
+      this.candidate.value = undefined;
+      this.limits.value = {};
+      this.id.value = "";
+    });
   }
 
   /** Adds a feature that is searched in the region. */
   addFeature(from: (region: Box | undefined) => PlanFeature): void {
-    const feature = this.featureInFrameOfPlan(from(this.region()));
+    const feature = inFrameOfPlan(from(this.region()), this.pose.peek());
     const plan = this.plan.peek();
     this.plan.value = { ...plan, features: [...plan.features, feature] };
   }
@@ -169,47 +237,39 @@ export class TeachState {
     return this.result.view.region.peek();
   }
 
-  /** Measures the tool on the scan, within the region. */
-  private async runTrial(): Promise<void> {
-    const measured_by = MEASURED_BY[this.taught.peek()];
-    if (!measured_by) return;
-    const { tool, factor } = measured_by;
-    const region = this.region();
-    const name = this.id.peek();
-    const body = {
-      tool,
-      ...(region && { region_mm: [...region.min, ...region.max] }),
-      ...(name !== "" && { name }),
-    };
-    const params = { path: { id: this.scan.id }, header: { "Idempotency-Key": idempotencyKey() } };
-    this.trial.value = undefined;
-    const measurement = await data(this.app.api.POST("/api/v1/scans/{id}/measurements", { params, body }));
-    const { value, expanded_uncertainty: u, unit } = measurement.result;
-    this.trial.value = {
-      measurement,
-      region,
-      value: value == null ? undefined : factor * value,
-      u: u == null ? undefined : factor * u,
-      unit: unit === "°" ? "°" : "mm",
-    };
-    this.result.showDeviation(measurement);
+  /** Finds the features of what is chosen within the region, and evaluates the plan with them. */
+  private async tryCandidate(): Promise<void> {
+    const [taught, region, id] = [this.taught.peek(), this.region(), this.id.peek()];
+    const found = await this.find(taught, region).catch((cause: unknown) => {
+      this.candidate.value = undefined;
+      throw cause;
+    });
+    if (this.taught.peek() !== taught) return;
+    batch(() => {
+      this.trial_id.value = idFault(this.plan.peek(), id) ? freeId(this.plan.peek()) : id;
+      this.candidate.value = { taught, region, found };
+    });
+    await this.evaluating;
+    if (this.is_current.peek()) this.show(this.trial_id.peek());
   }
 
-  private pose(): Schemas["PoseDto"] | undefined {
-    const { inspection } = this;
-    return inspection?.recipe.id === this.base.value?.id ? (inspection?.datum_from_part ?? undefined) : undefined;
+  /** The features that the tool for what is chosen finds within a region. */
+  private async find(taught: Taught, region: Box | undefined): Promise<readonly Fitted[]> {
+    const tool = FOUND_BY[taught];
+    if (!tool) return [];
+    const params = { path: { id: this.scan.id } };
+    const body = { tool, ...(region && { region_mm: [...region.min, ...region.max] }) };
+    return (await data(this.app.api.POST("/api/v1/scans/{id}/find-features", { params, body }))).features;
   }
 
-  /** With its region in the frame of the plan, which is the datum frame if the plan aligns the part. */
-  private featureInFrameOfPlan(feature: PlanFeature): PlanFeature {
-    const pose = this.plan.peek().alignment ? this.pose() : undefined;
-    const { shape } = feature;
-    const region = "select" in shape ? shape.select?.region : undefined;
-    if (!pose || !("select" in shape) || region?.type !== "box") return feature;
-    const [min, max] = [region.min_mm, region.max_mm] as [Box["min"], Box["max"]];
-    const box = boxInDatum({ min, max }, pose);
-    const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
-    return { ...feature, shape: { ...shape, select } };
+  /** The features and the characteristic of a candidate, in the frame of the plan, with its limits. */
+  private partsOf({ taught, region, found }: Candidate, id: string): Parts {
+    const { features, characteristic } = partsOf(taught, id, region, found);
+    const pose = this.pose.peek();
+    return {
+      features: features.map((feature) => inFrameOfPlan(feature, pose)),
+      characteristic: limited(characteristic, this.limits.value),
+    };
   }
 
   private async publishPlan(): Promise<void> {

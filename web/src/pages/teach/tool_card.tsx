@@ -4,10 +4,14 @@ import { CommandButton } from "../../components/command_button";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { selected } from "../../components/fields/selected";
+import { ProblemCard } from "../../components/problem";
+import { VerdictWord } from "../../components/verdict";
 import { language, text } from "../../text";
-import { count, decimal, length } from "../../units";
-import { MEASURED_BY, TAUGHT } from "./draft";
-import type { TeachState, Trial } from "./teach_state";
+import { count, decimal } from "../../units";
+import { Remarks } from "../inspections/remarks";
+import { uncertaintyOf } from "../inspections/values";
+import { TAUGHT } from "./draft";
+import type { TeachState } from "./teach_state";
 
 /** Decimals of a proposed nominal value: drawings rarely state more. */
 const NOMINAL_DIGITS = 2;
@@ -19,9 +23,10 @@ export function ToolCard({ state }: { state: TeachState }) {
   const words = text.value.teach;
   const form = useForm();
   const taught = state.taught.value;
-  const at_once = MEASURED_BY[taught] !== undefined;
+  const only_upper = taught === "flatness";
   const unit = taught === "angle" ? "°" : "mm";
   const { nominal, lower, upper } = state.limits.value;
+  const value = state.candidate_result.value?.value;
   const change = (part: Partial<typeof state.limits.value>) => {
     state.limits.value = { ...state.limits.peek(), ...part };
   };
@@ -43,15 +48,12 @@ export function ToolCard({ state }: { state: TeachState }) {
             ))}
           </select>
         </label>
-        {at_once && (
-          <CommandButton command={state.measure} kind="primary" blocked={!state.scan.cloud && words.no_cloud}>
-            {words.measure}
-          </CommandButton>
-        )}
+        <CommandButton command={state.measure} kind="primary" blocked={blockedMeasure(state)}>
+          {words.measure}
+        </CommandButton>
       </div>
-      {!at_once && <p class="note">{words.not_at_once}</p>}
       {state.result.view.region.value && ON_TABLE.test(taught) && <p class="muted">{words.with_table}</p>}
-      {state.trial.value && <TrialFacts trial={state.trial.value} />}
+      {state.candidate.value && <TrialFacts state={state} />}
       <div class="row end">
         <label class="field">
           <span>{words.id}</span>
@@ -65,25 +67,29 @@ export function ToolCard({ state }: { state: TeachState }) {
             }}
           />
         </label>
-        <NumberField
-          key={`nominal-${taught}`}
-          form={form}
-          label={words.nominal}
-          unit={unit}
-          optional
-          value={nominal}
-          onChange={(value) => change({ nominal: value })}
-        />
-        <NumberField
-          key={`lower-${taught}`}
-          form={form}
-          label={words.lower}
-          unit={unit}
-          optional
-          max={upper}
-          value={lower}
-          onChange={(value) => change({ lower: value })}
-        />
+        {!only_upper && (
+          <>
+            <NumberField
+              key={`nominal-${taught}`}
+              form={form}
+              label={words.nominal}
+              unit={unit}
+              optional
+              value={nominal}
+              onChange={(value) => change({ nominal: value })}
+            />
+            <NumberField
+              key={`lower-${taught}`}
+              form={form}
+              label={words.lower}
+              unit={unit}
+              optional
+              max={upper}
+              value={lower}
+              onChange={(value) => change({ lower: value })}
+            />
+          </>
+        )}
         <NumberField
           key={`upper-${taught}`}
           form={form}
@@ -94,29 +100,29 @@ export function ToolCard({ state }: { state: TeachState }) {
           value={upper}
           onChange={(value) => change({ upper: value })}
         />
-        {state.trial.value?.value !== undefined && (
-          <button
-            type="button"
-            onClick={() => change({ nominal: Number(state.trial.peek()?.value?.toFixed(NOMINAL_DIGITS)) })}
-          >
+        {!only_upper && value != null && (
+          <button type="button" onClick={() => change({ nominal: Number(value.toFixed(NOMINAL_DIGITS)) })}>
             {words.take_nominal}
           </button>
         )}
       </div>
-      <Add state={state} fault={form.blocked.value} at_once={at_once} />
+      <Add state={state} fault={form.blocked.value} />
     </section>
   );
 }
 
-function Add({ state, fault, at_once }: { state: TeachState; fault: string | undefined; at_once: boolean }) {
+function blockedMeasure(state: TeachState): string | undefined {
+  const words = text.value.teach;
+  if (!state.scan.cloud) return words.no_cloud;
+  if (!state.pose_missing) return undefined;
+  return state.trial.running.value ? words.evaluating : words.pose_missing;
+}
+
+function Add({ state, fault }: { state: TeachState; fault: string | undefined }) {
   const words = text.value.teach;
   const id_fault = state.id_fault.value;
-  const needs_trial = at_once && state.trial.value?.value === undefined;
-  const blocked = needs_trial
-    ? words.blocked_measure
-    : id_fault
-      ? words.id_faults[id_fault]
-      : (fault ?? (state.pose_missing ? words.pose_missing : undefined));
+  const measured = state.candidate_result.value?.value != null;
+  const blocked = measured ? ((id_fault && words.id_faults[id_fault]) ?? fault) : words.blocked_measure;
   return (
     <div class="command">
       <button
@@ -132,36 +138,39 @@ function Add({ state, fault, at_once }: { state: TeachState; fault: string | und
   );
 }
 
-function TrialFacts({ trial }: { trial: Trial }) {
+/** The result of what was measured, as an inspection would give it. */
+function TrialFacts({ state }: { state: TeachState }) {
   const words = text.value.teach;
-  const shown = language.value;
-  const { measurement, value, u, unit } = trial;
-  const { features, notes, uncertainty_complete, uncertainty_missing = [] } = measurement.result;
-  const n_points = features.reduce((sum, feature) => sum + feature.n_points, 0);
+  const result = state.candidate_result.value;
+  const problem = state.trial.problem.value;
+  if (problem) return <ProblemCard problem={problem} />;
+  if (!result) return <p class="muted">{words.evaluating}</p>;
+  const current = state.is_current.value;
+  const { value, unit, verdict } = result;
   return (
-    <div class="stack trial" data-trial={measurement.request.tool} role="status">
+    <div class="stack trial" data-trial={result.measure} data-current={current} role="status">
       <dl class="facts">
         <dt>{words.actual}</dt>
         <dd>
           <strong class="big-value">
-            {value === undefined ? words.not_found : `${decimal(value, 4, shown)} ${unit}`}
+            {value == null ? words.not_found : `${decimal(value, 4, language.value)} ${unit}`}
           </strong>
         </dd>
         <dt>U (k = 2)</dt>
-        <dd>{unit === "mm" ? length(u, shown) : `${decimal(u, 4, shown)} °`}</dd>
+        <dd>{uncertaintyOf(result)}</dd>
+        <dt>{text.value.inspections.verdict}</dt>
+        <dd>{!current ? words.evaluating : verdict ? <VerdictWord verdict={verdict} /> : words.without_limits}</dd>
         <dt>{words.points}</dt>
-        <dd>{count(n_points, shown)}</dd>
+        <dd>{count(nPoints(state), language.value)}</dd>
       </dl>
-      {uncertainty_complete === false && (
-        <p class="note">
-          {text.value.inspections.incomplete} <span lang="en">{uncertainty_missing.join(", ")}</span>
-        </p>
-      )}
-      {notes.map((note) => (
-        <p key={note} class="muted" lang="en">
-          {note}
-        </p>
-      ))}
+      <Remarks result={result} />
     </div>
   );
+}
+
+/** Number of points of the features that the candidate has of its own. */
+function nPoints(state: TeachState): number {
+  const known = new Set(state.plan.value.features.map(({ id }) => id));
+  const features = state.trial.answered.value?.said.features ?? [];
+  return features.filter(({ id }) => !known.has(id)).reduce((sum, { n_points }) => sum + n_points, 0);
 }

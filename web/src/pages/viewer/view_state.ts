@@ -251,6 +251,21 @@ export class ViewState {
     });
   }
 
+  /** Colours the cloud by the distance from a feature. */
+  showDeviation(feature: Feature, name: string): void {
+    this.deviateFrom(feature, name);
+    this.mode.value = "deviation";
+  }
+
+  /** Sets the feature from which deviations are computed. */
+  deviateFrom(feature: Feature, name: string): void {
+    this.feature.value = feature;
+    this.shape_name.value = name;
+    // A range entered for another shape does not apply.
+    const { deviation: _, ...others } = this.custom_ranges.peek();
+    this.custom_ranges.value = others;
+  }
+
   private sample(): void {
     const mode = this.mode.peek();
     if (!this.viewer || mode === "order") return;

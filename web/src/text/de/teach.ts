@@ -3,7 +3,7 @@ import type { teach as english } from "../en/teach";
 export const teach: typeof english = {
   title: "Rezept einlernen",
   title_of: (scan) => `Rezept einlernen an ${scan}`,
-  how: "Einen Bereich der Punktwolke auswählen, die Messgröße wählen, Nennmaß und Grenzen setzen und das Ergebnis als nächste Version eines Rezepts veröffentlichen.",
+  how: "Einen Bereich der Punktwolke auswählen, die Messgröße wählen, Nennmaß und Grenzen setzen und das Ergebnis als nächste Version eines Rezepts veröffentlichen. Werte und Bewertungen sind die einer Prüfung dieses Scans.",
   no_scan: "Noch keine Scans. Ein Rezept wird am fertigen Scan eines guten Teils eingelernt.",
   to_result: "Scan-Ergebnis",
   to_inspection: "Prüfung",
@@ -39,8 +39,10 @@ export const teach: typeof english = {
     slot_length: "Langloch in einer Ebene: Länge",
   },
   measure: "Messen",
-  not_at_once:
-    "Löcher und Langlöcher werden gemessen, wenn das Rezept ausgewertet wird: veröffentlichen, dann das Teil auswerten.",
+  evaluating: "Wird ausgewertet …",
+  without_limits: "keine ohne Grenzen",
+  this_scan: "Bewertung dieses Scans mit diesem Rezept",
+  n_points: (n) => `${n} Punkte`,
   actual: "Istwert",
   points: "Verwendete Punkte",
   not_found: "nicht gefunden",
@@ -56,11 +58,11 @@ export const teach: typeof english = {
     used: "Das Rezept hat diesen Namen bereits.",
   },
   pose_missing:
-    "Dieses Rezept richtet das Teil aus. Es wird von einer Prüfung aus eingelernt, die die Lage des Teils kennt.",
+    "Dieses Rezept richtet das Teil aus, aber seine Bezugselemente wurden in diesem Scan nicht gefunden: an einem anderen einlernen.",
   no_cloud: "Der Scan hat keine Punktwolke.",
   composed: "Merkmale aus mehreren Elementen",
   composed_hint:
-    "Elemente einzeln aufnehmen, jedes mit seinem Bereich; dann wählen, was zwischen ihnen gemessen wird. Werte erscheinen, wenn das Rezept ausgewertet wird.",
+    "Elemente einzeln aufnehmen, jedes mit seinem Bereich; dann wählen, was zwischen ihnen gemessen wird.",
   feature: "Element",
   features: "Elemente",
   feature_types: {

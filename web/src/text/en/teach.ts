@@ -2,7 +2,7 @@
 export const teach = {
   title: "Teach a recipe",
   title_of: (scan: string) => `Teach a recipe on ${scan}`,
-  how: "Select a region on the cloud, choose what is measured there, set nominal value and limits, and publish the result as the next version of a recipe.",
+  how: "Select a region on the cloud, choose what is measured there, set nominal value and limits, and publish the result as the next version of a recipe. Values and verdicts are those that an inspection of this scan gives.",
   no_scan: "No scans yet. A recipe is taught on a finished scan of a good part.",
   to_result: "Scan result",
   to_inspection: "Inspection",
@@ -38,7 +38,10 @@ export const teach = {
     slot_length: "Slot in a plane: length",
   },
   measure: "Measure",
-  not_at_once: "Holes and slots are measured when the recipe is evaluated: publish, then evaluate the part.",
+  evaluating: "Evaluating …",
+  without_limits: "none without limits",
+  this_scan: "Verdict of this recipe on this scan",
+  n_points: (n: string) => `${n} points`,
   actual: "Actual",
   points: "Points used",
   not_found: "not found",
@@ -54,11 +57,10 @@ export const teach = {
     used: "The recipe has this name already.",
   },
   pose_missing:
-    "This recipe aligns the part. Teach it from an inspection with it, which knows the pose of the part.",
+    "This recipe aligns the part, but its datum features were not found on this scan: teach it on another one.",
   no_cloud: "The scan has no point cloud.",
   composed: "Characteristics from several features",
-  composed_hint:
-    "Add features one by one, each with its own region; then choose what is measured from them. Values appear when the recipe is evaluated.",
+  composed_hint: "Add features one by one, each with its own region; then choose what is measured from them.",
   feature: "Feature",
   features: "Features",
   feature_types: {

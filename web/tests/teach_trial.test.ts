@@ -1,0 +1,181 @@
+/** Teaching on a scan: what is shown is what the server says about the plan as it is. */
+
+import { expect, test, vi } from "vitest";
+import type { App } from "../src/app";
+import type { Scan } from "../src/pages/result/scan_record";
+import type { Evaluation, Plan } from "../src/pages/teach/draft";
+import { TeachState } from "../src/pages/teach/teach_state";
+
+interface Call {
+  path: string;
+  body: { plan: Plan; tool?: string; region_mm?: number[] };
+  signal: AbortSignal | undefined;
+  answer: (body: unknown) => void;
+  refuse: (detail: string) => void;
+}
+
+/** A server whose answers are given by the test. */
+function server() {
+  const calls: Call[] = [];
+  const POST = (path: string, { body, signal }: { body: Call["body"]; signal?: AbortSignal }) =>
+    new Promise((resolve, reject) => {
+      const reply = (status: number, part: object) =>
+        resolve({ response: new Response(null, { status }), ...part });
+      signal?.addEventListener("abort", () => reject(new DOMException("aborted", "AbortError")));
+      calls.push({
+        path: path.split("/").at(-1) ?? "",
+        body,
+        signal,
+        answer: (data) => reply(200, { data }),
+        refuse: (detail) => reply(422, { error: { title: "Impossible", detail } }),
+      });
+    });
+  const last = async (n: number): Promise<Call> => {
+    await vi.waitFor(() => expect(calls).toHaveLength(n));
+    return calls[n - 1] as Call;
+  };
+  return { api: { POST }, calls, last };
+}
+
+function taught(api: object) {
+  const scan = { id: "s", cloud: "/cloud" } as unknown as Scan;
+  const state = new TeachState({ api } as unknown as App, scan, undefined);
+  return { state, end: state.follow() };
+}
+
+/** The server's answer to a plan: every characteristic has this value and verdict. */
+function said(
+  plan: Plan,
+  value: number,
+  verdict: "ok" | "not_ok" | null,
+  part: Partial<Evaluation> = {},
+): Evaluation {
+  const results = plan.characteristics.map(({ id }) => ({ id, value, verdict, unit: "mm" }));
+  const features = plan.features.map(({ id, shape }) => ({ id, kind: shape.type, n_points: 10 }));
+  return { verdict: verdict ?? "invalid", results, features, frame: "part", ...part } as unknown as Evaluation;
+}
+
+test("a measured characteristic has the server's value, and its verdict as soon as it has limits", async () => {
+  const { api, calls, last } = server();
+  const { state, end } = taught(api);
+  expect(calls).toEqual([]);
+  state.choose("flatness");
+  state.id.value = "flat";
+  void state.measure.start();
+  const first = await last(1);
+  expect([first.path, first.body.plan.features.map(({ id }) => id)]).toEqual(["evaluate", ["flat_plane"]]);
+  first.answer(said(first.body.plan, 0.02, null));
+  await vi.waitFor(() => expect(state.candidate_result.value?.value).toBe(0.02));
+  expect(state.candidate_result.value?.verdict).toBeNull();
+
+  state.limits.value = { upper: 0.01 };
+  expect(state.is_current.value).toBe(false);
+  const second = await last(2);
+  expect(second.body.plan.characteristics[0]).toMatchObject({ id: "flat", upper: 0.01 });
+  second.answer(said(second.body.plan, 0.02, "not_ok"));
+  await vi.waitFor(() => expect(state.is_current.value).toBe(true));
+  expect(state.candidate_result.value?.verdict).toBe("not_ok");
+
+  // Added under the same name, it is evaluated as part of the recipe.
+  state.add();
+  const third = await last(3);
+  expect(third.body.plan).toEqual(second.body.plan);
+  third.answer(said(third.body.plan, 0.02, "not_ok"));
+  await vi.waitFor(() => expect(state.results.value.get("flat")?.verdict).toBe("not_ok"));
+  expect(state.candidate_result.value).toBeUndefined();
+  end();
+});
+
+test("a tool finds the features first, and nothing is stored", async () => {
+  const { api, calls, last } = server();
+  const { state, end } = taught(api);
+  state.choose("sphere_diameter");
+  state.result.view.region.value = { min: [-5, -5, 380], max: [5, 5, 410] };
+  void state.measure.start();
+  const find = await last(1);
+  expect([find.path, find.body]).toEqual([
+    "find-features",
+    { tool: "sphere", region_mm: [-5, -5, 380, 5, 5, 410] },
+  ]);
+  find.answer({ features: [{ shape: { kind: "sphere", centre_mm: [0, 0, 400], radius_mm: 18.9034 } }] });
+  const trial = await last(2);
+  expect(trial.body.plan.features).toMatchObject([{ id: "new_sphere", shape: { radius_mm: 18.9 } }]);
+  trial.answer(said(trial.body.plan, 37.8, null));
+  await vi.waitFor(() => expect(state.candidate_result.value?.value).toBe(37.8));
+  state.id.value = "ball";
+  state.add();
+  expect((await last(3)).body.plan.features.map(({ id }) => id)).toEqual(["ball_sphere"]);
+  expect(calls.map(({ path }) => path)).toEqual(["find-features", "evaluate", "evaluate"]);
+  end();
+});
+
+test("only the newest plan counts: an earlier request is cancelled, and its answer ignored", async () => {
+  const { api, last } = server();
+  const { state, end } = taught(api);
+  state.choose("flatness");
+  void state.measure.start();
+  const first = await last(1);
+  state.limits.value = { upper: 0.01 };
+  const second = await last(2);
+  expect([first.signal?.aborted, second.signal?.aborted]).toEqual([true, false]);
+  first.answer(said(first.body.plan, 1, "ok"));
+  second.answer(said(second.body.plan, 2, "not_ok"));
+  await vi.waitFor(() => expect(state.candidate_result.value?.value).toBe(2));
+  expect(state.trial.problem.value).toBeUndefined();
+  state.limits.value = { upper: 0.03 };
+  const third = await last(3);
+  end();
+  expect(third.signal?.aborted).toBe(true);
+});
+
+test("a refused plan says why, has no verdict, and can be corrected", async () => {
+  const { api, last } = server();
+  const { state, end } = taught(api);
+  state.choose("circle_diameter");
+  void state.measure.start();
+  const first = await last(1);
+  first.answer(said(first.body.plan, 5, null));
+  await vi.waitFor(() => expect(state.is_current.value).toBe(true));
+  state.limits.value = { lower: -0.1 };
+  (await last(2)).refuse('characteristic "new": limits need a nominal');
+  await vi.waitFor(() => expect(state.trial.problem.value?.detail).toContain("limits need a nominal"));
+  // The value is that of the earlier plan, and marked so.
+  expect([state.candidate_result.value?.value, state.is_current.value]).toEqual([5, false]);
+  state.limits.value = { lower: -0.1, nominal: 5 };
+  const third = await last(3);
+  expect(state.trial.problem.value).toBeUndefined();
+  third.answer(said(third.body.plan, 5, "ok"));
+  await vi.waitFor(() => expect(state.candidate_result.value?.verdict).toBe("ok"));
+  end();
+});
+
+test("in a recipe that aligns the part, regions are in the datum frame of this scan", async () => {
+  const { api, last } = server();
+  const { state, end } = taught(api);
+  const plan = {
+    format: "sheaf-plan/1",
+    seed: 1,
+    features: [{ id: "a", shape: { type: "plane" } }],
+    alignment: { primary: "a", secondary: "b", tertiary: "c" },
+    characteristics: [],
+  } as unknown as Plan;
+  state.plan.value = plan;
+  const first = await last(1);
+  expect(state.pose_missing).toBe(true);
+  const pose = {
+    rotation: [
+      [0, -1, 0],
+      [1, 0, 0],
+      [0, 0, 1],
+    ],
+    translation_mm: [10, 0, -3],
+  };
+  first.answer(said(plan, 0, null, { frame: "datum", datum_from_part: pose }));
+  await vi.waitFor(() => expect(state.pose_missing).toBe(false));
+  state.choose("flatness");
+  state.result.view.region.value = { min: [1, 2, 3], max: [4, 6, 8] };
+  void state.measure.start();
+  const box = { type: "box", min_mm: [4, 1, 0], max_mm: [8, 4, 5] };
+  expect((await last(2)).body.plan.features[1]).toMatchObject({ shape: { select: { region: box } } });
+  end();
+});
