@@ -1,9 +1,11 @@
 //! Reports and tables of results.
 //!
-//! Self-contained HTML with headline figures, plots as inline SVG and images as data URIs; PDF; results as text and JSON;
-//! images of lines and clouds. This crate does not depend on where they are shown, sent or printed.
+//! Self-contained HTML with headline figures, plots as inline SVG and images as data URIs; PDF; certificates of
+//! calibrations as XML; results as text and JSON; images of lines and clouds. This crate does not depend on where they
+//! are shown, sent or printed.
 
 pub mod calibration;
+pub mod certificate;
 mod chapters;
 mod drawing;
 pub mod inspection;

@@ -14,8 +14,10 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::calibrate::CalibrationResult;
-use crate::findings::document_report::ReportText;
 
+pub use crate::findings::document_report::{
+    AxisSummary, CameraSummary, LightSummary, LineSummary, ReportText, StageSummary,
+};
 pub use text::{
     AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryTag,
     StageText, StraightnessText, TravelText,
