@@ -293,7 +293,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Returns the calibration report as an HTML page: residuals, tables, images. */
+        /**
+         * Returns the report of a calibration: residuals, tables and images as an HTML page, or a Digital Calibration Certificate
+         *     (DCC, XML) by the `certificate` settings of the configuration.
+         */
         get: operations["get_calibration_report"];
         put?: never;
         post?: never;
@@ -9407,7 +9410,10 @@ export interface operations {
     };
     get_calibration_report: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Form of the report; default `html`. */
+                format?: "html" | "dcc";
+            };
             header?: never;
             path: {
                 id: string;
@@ -9425,6 +9431,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["Problem"];
+                    "application/xml": string;
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];

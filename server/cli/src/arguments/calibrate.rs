@@ -68,6 +68,12 @@ pub struct CalibrateArgs {
     /// Also write a self-contained HTML report.
     #[arg(long, value_name = "REPORT.html")]
     pub report: Option<PathBuf>,
+    /// Also write a Digital Calibration Certificate (DCC) by the `certificate` settings of the configuration.
+    #[arg(long, value_name = "CERTIFICATE.xml")]
+    pub certificate: Option<PathBuf>,
+    /// Configuration file for the certificate; default: that of the service.
+    #[arg(long, value_name = "FILE", requires = "certificate")]
+    pub config: Option<PathBuf>,
     /// Whether to estimate the sixth-power radial distortion k3.
     #[arg(long, value_enum, default_value_t)]
     pub k3: K3Arg,

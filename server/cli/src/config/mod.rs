@@ -1,5 +1,6 @@
 //! The configuration of the service from defaults, file, environment and flags, with the origin of each value.
 
+pub mod certificate;
 pub mod error;
 pub mod layer;
 pub mod layers;

@@ -15,6 +15,7 @@ use station::StationDevices;
 use twin::StationShape;
 
 use crate::config::Config;
+use crate::config::certificate::CertificateSettings;
 use crate::doors::DoorSettings;
 use crate::drivers::StationSettings;
 
@@ -29,6 +30,7 @@ pub struct Settings {
     pub target: TargetSettings,
     pub projector: ProjectorSettings,
     pub http: HttpSettings,
+    pub certificate: CertificateSettings,
     pub doors: DoorSettings,
 }
 
@@ -138,6 +140,7 @@ impl Default for Settings {
                 line_direction: "rows".to_owned(),
             },
             http: HttpSettings::default(),
+            certificate: CertificateSettings::default(),
             doors: DoorSettings::default(),
         }
     }
@@ -189,10 +192,16 @@ impl Settings {
 
     /// The configuration of a service with these devices.
     pub fn with(self, station: StationDevices) -> Config {
-        let Self { listen, data, target, projector, http, doors, .. } = self;
+        let Self { listen, data, target, projector, http, certificate, doors, .. } = self;
         Config {
             listen,
-            app: AppConfig { data, station, target: target.board(), projector: projector.projector() },
+            app: AppConfig {
+                data,
+                station,
+                target: target.board(),
+                projector: projector.projector(),
+                issuer: certificate.into(),
+            },
             http: HttpConfig {
                 listen_ip: Some(listen.ip()),
                 allowed_hosts: http.allowed_hosts,

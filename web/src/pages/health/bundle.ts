@@ -46,7 +46,12 @@ async function newestEvents(api: Api, newest_seq: number): Promise<unknown> {
 
 /** Downloads a value as a JSON file. */
 export function download(name: string, value: unknown): void {
-  const href = URL.createObjectURL(new Blob([JSON.stringify(value, null, 2)], { type: "application/json" }));
+  save(name, new Blob([JSON.stringify(value, null, 2)], { type: "application/json" }));
+}
+
+/** Downloads bytes as a file. */
+export function save(name: string, content: Blob): void {
+  const href = URL.createObjectURL(content);
   const link = document.createElement("a");
   link.href = href;
   link.download = name;

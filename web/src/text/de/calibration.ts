@@ -33,6 +33,9 @@ export const calibration: Catalogue["calibration"] = {
   report: "Bericht öffnen",
   report_short: "Bericht",
   details: "Details",
+  certificate: "Kalibrierschein (DCC)",
+  certificate_hint:
+    "Der Kalibrierschein ist ein Digital Calibration Certificate der PTB (XML), keiner eines akkreditierten Labors.",
 
   new_calibration: "Neue Kalibrierung",
   now: "Jetzt kalibrieren",

@@ -33,6 +33,9 @@ export const calibration = {
   report: "Open the report",
   report_short: "Report",
   details: "Details",
+  certificate: "Certificate (DCC)",
+  certificate_hint:
+    "The certificate is a Digital Calibration Certificate of the PTB (XML), not one of an accredited laboratory.",
 
   new_calibration: "New calibration",
   now: "Calibrate now",

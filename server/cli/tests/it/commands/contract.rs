@@ -239,6 +239,33 @@ fn calibrate_prints_its_results_as_json() {
 }
 
 #[test]
+fn calibrate_writes_a_certificate_by_the_configuration_and_refuses_before_it_computes_without_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let (capture, names) = (small_capture(), ["cal.json", "certificate.xml", "sheaf.toml"]);
+    let [cal, certificate, config] = names.map(|name| path(folder.path(), name));
+    let arguments = ["calibrate", capture.to_str().unwrap(), "-o", &cal, "--certificate", &certificate, "-q"];
+    let with_config = |text: &str| {
+        std::fs::write(&config, text).unwrap();
+        sheaf(&[&arguments[..], &["--config", &config]].concat())
+    };
+    let refused = with_config("[certificate]\nstation_number = \"INV-7\"\n");
+    assert_eq!(refused.status.code(), Some(3), "{}", err(&refused));
+    assert!(err(&refused).contains("certificate.customer.city"), "{}", err(&refused));
+    assert!(!Path::new(&cal).exists() && !Path::new(&certificate).exists());
+    let contact = "name = \"Works\"\ncity = \"Ort\"\ncountry = \"DE\"\n";
+    let written = with_config(&format!(
+        "[certificate]\nstation_number = \"INV-7\"\nresponsible = [\"A. B.\"]\n\
+         [certificate.laboratory]\n{contact}[certificate.customer]\n{contact}"
+    ));
+    assert!(written.status.success(), "{}", err(&written));
+    let document: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(cal).unwrap()).unwrap();
+    let certificate = std::fs::read_to_string(certificate).unwrap();
+    for text in [document["id"].as_str().unwrap(), "INV-7", "A. B.", "<si:coverageProbability>0.95<"] {
+        assert!(certificate.contains(text), "{text} in {certificate}");
+    }
+}
+
+#[test]
 fn every_light_model_can_be_selected() {
     let folder = tempfile::tempdir().unwrap();
     let capture = small_capture();

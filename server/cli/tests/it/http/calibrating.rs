@@ -1,6 +1,7 @@
 //! Board detection before an image is captured, and the stored points of residual maps.
 
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
 use super::fresh;
 use crate::common::server::Server;
@@ -79,7 +80,7 @@ fn take_dark_frame(server: &Server) -> Value {
 
 #[test]
 fn a_calibration_stores_the_points_of_its_residual_maps_and_its_dark_frame() {
-    let (_folder, server) = fresh();
+    let (folder, server) = fresh();
     let dark = take_dark_frame(&server);
     let job = json!({ "source": { "kind": "station" }, "n_poses": 6 });
     let id = server.result_of("/api/v1/calibrations", &job);
@@ -121,6 +122,34 @@ fn a_calibration_stores_the_points_of_its_residual_maps_and_its_dark_frame() {
         assert!(poses.clone().all(|pose| (0.0..6.0).contains(&pose)) && poses.count() > 100);
     }
     server.get("/api/v1/calibrations/nowhere/residuals").expect(404);
+    certified(&folder, server, &id);
+}
+
+/// A certificate needs an issuer, who is never invented; then it states the devices that captured the images.
+fn certified(folder: &TempDir, server: Server, id: &str) {
+    let address = format!("/api/v1/calibrations/{id}/report?format=dcc");
+    let refused = server.get(&address).expect(422);
+    assert!(refused["remedy"].as_str().unwrap().contains("certificate.laboratory.name"), "{refused}");
+    server.get(&format!("/api/v1/calibrations/{id}/report?format=pdf")).expect(400);
+    server.terminate();
+    let mut settings =
+        vec!["certificate.station_number=INV-7".to_owned(), "certificate.responsible=A. B.".to_owned()];
+    for contact in ["laboratory", "customer"] {
+        settings
+            .extend(["name=Works & Co", "city=Ort", "country=DE"].map(|to| format!("certificate.{contact}.{to}")));
+    }
+    let flags: Vec<&str> = settings.iter().flat_map(|setting| ["--set", setting]).collect();
+    let server = Server::start(&folder.path().join("data"), &flags);
+    let reply = server.get(&address);
+    assert_eq!((reply.status, reply.header("content-type")), (200, Some("application/xml")));
+    assert!(reply.header("content-disposition").unwrap().contains(&format!("calibration-{id}.xml")));
+    let certificate = String::from_utf8(reply.body).unwrap();
+    for text in ["schemaVersion=\"3.3.0\"", "Works &amp; Co", "INV-7", "simulated (twin)", id, "<si:expandedMU>"] {
+        assert!(certificate.contains(text), "{text} in {certificate}");
+    }
+    let camera = server.get("/api/v1/devices/camera").expect(200)["identity"]["serial"].clone();
+    let serial = format!("<dcc:value>{}</dcc:value>", camera.as_str().unwrap());
+    assert!(certificate.contains(&serial), "{serial} in {certificate}");
 }
 
 #[test]

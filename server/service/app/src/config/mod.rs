@@ -8,6 +8,7 @@ use capture::{ChessboardTarget, GratingProjector, Projector, Target};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 
+pub use report::certificate::{Contact, Issuer, Place};
 pub use twin::params::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 
 /// The configuration of the use cases.
@@ -21,6 +22,8 @@ pub struct AppConfig {
     pub target: Target,
     /// Nominal values of the line projector: laser and grating, or independent lasers.
     pub projector: Projector,
+    /// Who issues certificates of calibrations; empty: nobody does.
+    pub issuer: Issuer,
 }
 
 impl AppConfig {
@@ -47,6 +50,7 @@ impl AppConfig {
                 orders: shape.orders,
                 line_direction: None,
             }),
+            issuer: Issuer::default(),
         }
     }
 }

@@ -6,6 +6,7 @@ use std::io;
 use calibration::DifferenceError;
 use capture::{CaptureError, TargetError};
 use remedy::Remedy;
+use report::certificate::CertificateError;
 use station::StationRefusal;
 use store::StoreError;
 
@@ -59,6 +60,12 @@ impl From<StoreError> for AppError {
             | StoreError::File { .. } => ErrorKind::Internal,
         };
         app_error(kind, &error)
+    }
+}
+
+impl From<CertificateError> for AppError {
+    fn from(error: CertificateError) -> Self {
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 

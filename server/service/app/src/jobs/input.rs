@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::Job;
+use crate::resources::calibrations::used_station::UsedStation;
 use crate::resources::inspections::InspectedPart;
 use crate::resources::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSettings, ScanSource};
 
@@ -34,6 +35,9 @@ pub struct CalibrateInput {
     pub n_poses: Option<usize>,
     /// The session whose images are used; `source` is then the station.
     pub session_id: Option<String>,
+    /// The station that captured the images, if it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub station: Option<UsedStation>,
 }
 
 /// Request to scan a part.

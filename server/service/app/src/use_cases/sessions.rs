@@ -8,6 +8,7 @@ use crate::access::principal::Principal;
 use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
+use crate::resources::calibrations::used_station::UsedStation;
 use crate::sessions::{NewSession, Session};
 use crate::use_cases::jobs::start_job;
 
@@ -100,6 +101,8 @@ pub async fn solve_session(
     how: SolveSession,
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
+    let used = UsedStation::of(&app.station.status());
+    let how = SolveSession { station: Some(used), ..how };
     let input = solve_input(&app.sessions, id, how).await?;
     let record = start_job(app, by, input, and).await?;
     app.sessions.note_job(by, id, &record.id).await?;

@@ -9,6 +9,7 @@ import { text } from "../../../text";
 import { AxisView } from "./axis_view";
 import { Facts } from "./facts";
 import { AnglesView, ModelsView } from "./models_view";
+import { Reports } from "./reports";
 import { ResidualsView } from "./residuals_view";
 import { StageView } from "./stage_view";
 
@@ -42,6 +43,7 @@ export function Details({ id }: { id: string }) {
           return (
             <>
               <Facts item={calibration} />
+              <Reports id={id} />
               {[...summary.warnings, ...summary.left_out].map((warning) => (
                 <div class="note" key={warning} lang="en">
                   {warning}

@@ -14,6 +14,7 @@ use crate::camera::correction::ImageDarkFrame;
 use crate::error::disk_problem;
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
+use crate::resources::calibrations::used_station::UsedStation;
 use crate::resources::captures::{CaptureOrigin, without_folder};
 use pipeline::open_capture;
 use product::{CalibrationImages, calibrated};
@@ -36,6 +37,8 @@ const STORING: f64 = 0.05;
 /// Captures the images at the simulated station and calibrates from them.
 pub fn at_station(input: &CalibrateInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     let name = format!("calibration job {}", ctx.id);
+    let used = UsedStation::of(&ctx.station.status());
+    let input = &CalibrateInput { station: Some(used), ..input.clone() };
     made_from(input, &name, ctx, TAKING, |folder| station::take_pictures(input, ctx, folder, TAKING))
 }
 

@@ -16,6 +16,7 @@ use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
 use crate::resources::calibrations::residuals::{RESIDUALS, Residuals};
+use crate::resources::calibrations::used_station::STATION;
 use crate::resources::inspections::utc;
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};
@@ -59,6 +60,9 @@ pub(super) fn calibrated(
     let id = document.calibration.id.clone();
     let mut summary = summary(&result, &features, &id);
     summary[RESIDUALS] = json!(keep_residuals(&result, ctx)?.as_str());
+    if let Some(station) = &input.station {
+        summary[STATION] = json!(station);
+    }
     if let Some(dark_frames) = dark_frames {
         summary[CORRECTION] = correction_json(dark_frames);
     }

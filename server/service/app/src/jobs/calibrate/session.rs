@@ -11,6 +11,7 @@ use crate::error::disk_problem;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::progress::Phase;
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
+use crate::resources::calibrations::used_station::UsedStation;
 use crate::resources::captures::{capture_stage, nominal_position};
 use crate::sessions::{Session, SessionBody, SessionImage, Sessions};
 
@@ -77,6 +78,8 @@ pub struct SolveSession {
     pub light_model: Option<String>,
     /// `auto`, `on`, `off`.
     pub k3: Option<String>,
+    /// The station that captured the images.
+    pub station: Option<UsedStation>,
 }
 
 /// The calibration job of the session with its usable images.
@@ -92,5 +95,6 @@ pub async fn solve_input(sessions: &Sessions, id: &str, how: SolveSession) -> Re
         leave_out_unreadable: false,
         n_poses: None,
         session_id: Some(id.to_owned()),
+        station: how.station,
     }))
 }

@@ -31,6 +31,7 @@ fn from_station() -> CalibrateInput {
         leave_out_unreadable: false,
         n_poses: None,
         session_id: None,
+        station: None,
     }
 }
 

@@ -88,6 +88,7 @@ fn computation(name: &str) -> JobInput {
         leave_out_unreadable: false,
         n_poses: None,
         session_id: None,
+        station: None,
     })
 }
 

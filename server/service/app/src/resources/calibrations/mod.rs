@@ -3,8 +3,10 @@
 //! A calibration is a draft until it is activated. Activations and roll-backs are logged; the live view and the station
 //! follow the log.
 
+pub mod certificate;
 pub mod residuals;
 pub mod stored;
+pub mod used_station;
 
 use crate::events::{Activation, Event, event};
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use store::{ActivationRecord, CalibrationRecord, DamagedRow};
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 
 use crate::wire::calibration::calibration_documents::CalibrationDocumentDto;
 use crate::wire::calibration::calibration_summaries::CalibrationSummaryDto;
@@ -191,6 +191,27 @@ impl From<CalibrationSourceDto> for Source {
     }
 }
 
+/// Selects the form of the report of a calibration.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct CalibrationReportQuery {
+    /// Form of the report; default `html`.
+    #[param(inline)]
+    pub format: Option<CalibrationReportFormatDto>,
+}
+
+/// Form of the report of a calibration.
+#[derive(Debug, Clone, Copy, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CalibrationReportFormatDto {
+    /// A page without scripts.
+    #[default]
+    Html,
+    /// A Digital Calibration Certificate of the PTB (schema 3.3.0), issued today.
+    Dcc,
+}
+
 impl From<StartCalibrationDto> for CalibrateInput {
     fn from(dto: StartCalibrationDto) -> Self {
         let light_model = dto.light_model.map(|model| match model {
@@ -211,6 +232,7 @@ impl From<StartCalibrationDto> for CalibrateInput {
             leave_out_unreadable: dto.leave_out_unreadable,
             n_poses: dto.n_poses,
             session_id: None,
+            station: None,
         }
     }
 }

@@ -118,7 +118,7 @@ pub struct SolveSessionDto {
 impl From<SolveSessionDto> for SolveSession {
     fn from(dto: SolveSessionDto) -> Self {
         let SolveSessionDto { light_model, k3 } = dto;
-        Self { light_model, k3 }
+        Self { light_model, k3, station: None }
     }
 }
 

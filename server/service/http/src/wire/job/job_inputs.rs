@@ -155,7 +155,8 @@ impl TryFrom<CalibrateInput> for CalibrationJobDto {
     type Error = UnknownCode;
 
     fn try_from(input: CalibrateInput) -> Result<Self, UnknownCode> {
-        let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id } = input;
+        let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id, station: _ } =
+            input;
         let source = match source {
             Source::Station => CalibrationSourceDto::Station {},
             Source::Capture { capture_id } => CalibrationSourceDto::Capture { capture_id },

@@ -10,7 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
-use crate::rest::answers::{Reply, artifact};
+use crate::rest::answers::{Reply, artifact, bytes};
 use crate::rest::around::headers::CSP_REPORT;
 use crate::rest::control::By;
 use crate::rest::conversions::accept_job;
@@ -19,17 +19,19 @@ use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::at_most_once;
 use crate::wire::calibration::calibrations::{
     ActivateCalibrationDto, ActivationDto, ActiveCalibrationDto, CalibrationDto, CalibrationItemDto,
-    StartCalibrationDto,
+    CalibrationReportFormatDto, CalibrationReportQuery, StartCalibrationDto,
 };
 use crate::wire::calibration::differences::{CalibrationDifferenceDto, DiffQuery};
 use crate::wire::calibration::residuals::ResidualsDto;
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
 use app::App;
+use app::calibrations::certificate::stored_certificate;
 use app::calibrations::residuals::stored_residuals;
 use app::hash_hex;
 use app::jobs::JobInput;
 use app::use_cases::{Activate, activate, roll_back};
+use station::wall_clock::now_ms;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -98,21 +100,36 @@ async fn get_calibration(
     Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref())?, calibration }))
 }
 
-/// Returns the calibration report as an HTML page: residuals, tables, images.
+/// Returns the report of a calibration: residuals, tables and images as an HTML page, or a Digital Calibration Certificate
+/// (DCC, XML) by the `certificate` settings of the configuration.
 #[utoipa::path(
-    get, path = "/calibrations/{id}/report", tag = "calibrations", params(("id" = String, Path)),
-    responses((status = 200, body = String, content_type = "text/html"))
+    get, path = "/calibrations/{id}/report", tag = "calibrations",
+    params(("id" = String, Path), CalibrationReportQuery),
+    responses((status = 200, content((String = "text/html"), (String = "application/xml"))))
 )]
 async fn get_calibration_report(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<CalibrationReportQuery>,
 ) -> Result<Response, Problem> {
-    let record = app.catalogue.read().calibration(&id).await?;
+    match query.format.unwrap_or_default() {
+        CalibrationReportFormatDto::Html => stored_page(&app, &id).await,
+        CalibrationReportFormatDto::Dcc => {
+            let issuer = &app.config.issuer;
+            let certificate = stored_certificate(&app.catalogue, &*app.artifacts, issuer, &id, now_ms()).await?;
+            Ok(bytes("application/xml", Some(&format!("calibration-{id}.xml")), certificate))
+        }
+    }
+}
+
+/// The page that was written with the calibration.
+async fn stored_page(app: &App, id: &str) -> Result<Response, Problem> {
+    let record = app.catalogue.read().calibration(id).await?;
     let report = record.report.ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, "this calibration has no report").remedy("calibrate again")
     })?;
     let what = format!("the report of calibration {id}");
-    let mut response = artifact(&app, &report, &what, "text/html; charset=utf-8", None).await?;
+    let mut response = artifact(app, &report, &what, "text/html; charset=utf-8", None).await?;
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
     Ok(response)
 }
