@@ -53,14 +53,15 @@ test("the filter is what stands in the address; days are whole, of this time zon
 test("the export is of what the filter selects, with any text encoded", () => {
   const href = exportHref(
     filterOf(new URLSearchParams({ serial: "A&B 1", verdict: "not_ok", from: "2026-11-24" })),
+    "dfq",
   );
   const { pathname, searchParams } = new URL(href, "http://localhost");
   expect(pathname).toBe("/api/v1/inspections/export");
   expect(Object.fromEntries(searchParams)).toEqual({
-    format: "csv",
+    format: "dfq",
     serial: "A&B 1",
     verdict: "not_ok",
     from_ms: `${new Date(2026, 10, 24).getTime()}`,
   });
-  expect(exportHref(filterOf(new URLSearchParams()))).toBe("/api/v1/inspections/export?format=csv");
+  expect(exportHref(filterOf(new URLSearchParams()), "csv")).toBe("/api/v1/inspections/export?format=csv");
 });

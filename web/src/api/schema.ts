@@ -854,7 +854,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance. */
+        /**
+         * Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance;
+         *     or its values in the Q-DAS ASCII transfer format.
+         */
         get: operations["get_inspection_report"];
         put?: never;
         post?: never;
@@ -9428,10 +9431,10 @@ export interface operations {
                 };
                 content: {
                     "text/html": string;
+                    "application/xml": string;
                 };
             };
             400: components["responses"]["Problem"];
-                    "application/xml": string;
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
@@ -10605,7 +10608,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Format of the file; default `csv`. */
-                format?: "csv";
+                format?: "csv" | "dfq";
                 /** @description Only inspections of the part with this serial number. */
                 serial?: string;
                 /** @description Only inspections for this order. */
@@ -10631,6 +10634,7 @@ export interface operations {
                 };
                 content: {
                     "text/csv": string;
+                    "application/octet-stream": number[];
                 };
             };
             400: components["responses"]["Problem"];
@@ -10728,7 +10732,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Form of the report; default `html`. */
-                format?: "html" | "pdf";
+                format?: "html" | "pdf" | "dfq";
             };
             header?: never;
             path: {
@@ -10745,6 +10749,7 @@ export interface operations {
                 content: {
                     "text/html": string;
                     "application/pdf": number[];
+                    "application/octet-stream": number[];
                 };
             };
             400: components["responses"]["Problem"];

@@ -25,10 +25,10 @@ export function queryOf(filter: InspectionFilter): Record<string, string> {
   return Object.fromEntries(Object.entries(filter).filter(([, value]) => value !== ""));
 }
 
-/** The URL of all inspections that match the filter, as a table. */
-export function exportHref(filter: InspectionFilter): string {
+/** The URL of all inspections that match the filter, as a file. */
+export function exportHref(filter: InspectionFilter, format: "csv" | "dfq"): string {
   const query = Object.entries(serverQuery(filter)).map(([name, value]) => [name, `${value}`]);
-  return `/api/v1/inspections/export?${new URLSearchParams([["format", "csv"], ...query])}`;
+  return `/api/v1/inspections/export?${new URLSearchParams([["format", format], ...query])}`;
 }
 
 /** The query sent to the server. */

@@ -69,8 +69,11 @@ export function FilterBar({ filter, n_read, has_older }: Properties) {
           {words.no_filter}
         </button>
       )}
-      <a class="button" href={exportHref(filter)} download="inspections.csv" title={words.export_hint}>
+      <a class="button" href={exportHref(filter, "csv")} download="inspections.csv" title={words.export_hint}>
         {words.export}
+      </a>
+      <a class="button" href={exportHref(filter, "dfq")} download="inspections.dfq" title={words.export_dfq_hint}>
+        {words.export_dfq}
       </a>
       <span class="muted count" role="status">
         {n_read !== undefined && (has_older ? words.read_so_far(n_read) : words.read(n_read))}

@@ -64,6 +64,7 @@ function InspectionDetails({ inspection }: { inspection: Inspection }) {
       )}
       <div class="cards">
         <Facts inspection={inspection} />
+        <Reports inspection={inspection} />
         <ReEvaluate inspection={inspection} />
       </div>
     </>
@@ -136,6 +137,28 @@ function Facts({ inspection }: { inspection: Inspection }) {
           )}
         </dd>
       </dl>
+    </section>
+  );
+}
+
+/** The inspection as a file. */
+function Reports({ inspection }: { inspection: Inspection }) {
+  const words = text.value.inspections;
+  const report = `/api/v1/inspections/${inspection.id}/report`;
+  return (
+    <section class="card stack" aria-label={words.report}>
+      <h2>{words.report}</h2>
+      <div class="row">
+        <a class="button" href={report} target="_blank" rel="noreferrer">
+          {words.report_html}
+        </a>
+        <a class="button" href={`${report}?format=pdf`} target="_blank" rel="noreferrer">
+          {words.report_pdf}
+        </a>
+        <a class="button" href={`${report}?format=dfq`} download={`${inspection.serial}_${inspection.seq}.dfq`}>
+          {words.report_dfq}
+        </a>
+      </div>
     </section>
   );
 }

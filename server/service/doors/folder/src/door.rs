@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use app::App;
 use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, Undelivered};
+use app::inspections::offset_now;
 use async_trait::async_trait;
 
 use crate::disk::{Disk, LocalDisk, probe, remove_abandoned};
 use crate::orders::{AppInspections, Orders};
 use crate::params::DISK_LIMIT;
-use crate::results::{FileName, documents, offset_now, write_all};
+use crate::results::{FileName, documents, write_all};
 use crate::settings::{Format, Settings};
 use crate::time_limit::TimeLimit;
 

@@ -168,6 +168,22 @@ fn exports(server: &Server) {
     let refused = server.get("/api/v1/inspections/export?limit=1").expect(400);
     assert!(refused["pointer"] == "query" && refused["detail"].as_str().unwrap().contains("limit"), "{refused}");
     server.get("/api/v1/inspections/export?format=pdf").expect(400);
+    exports_for_q_das(server);
+}
+
+/// The same selection as one Q-DAS file: the part once, then the values, oldest first.
+fn exports_for_q_das(server: &Server) {
+    let reply = server.get("/api/v1/inspections/export?format=dfq&recipe=block");
+    assert_eq!((reply.status, reply.header("content-type")), (200, Some("application/octet-stream")));
+    assert!(reply.header("content-disposition").unwrap().contains("inspections.dfq"));
+    let text = String::from_utf8(reply.body).unwrap();
+    let of = |key: &str| -> Vec<String> {
+        let lines = text.split("\r\n").filter_map(|line| line.strip_prefix(&format!("{key} ")));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!((of("K1001/1"), of("K2002/1")), (vec!["block".to_owned()], vec!["height".to_owned()]));
+    assert_eq!((of("K0014/1"), of("K0001/1").len()), (["BL-1", "BL-2", "BL-3"].map(str::to_owned).to_vec(), 3));
+    assert_eq!(of("K0053/1"), ["4711"]);
 }
 
 fn reports_and_statistics(server: &Server, inspection: &Value) {
@@ -179,6 +195,9 @@ fn reports_and_statistics(server: &Server, inspection: &Value) {
     let document = server.get(&format!("{report}?format=pdf"));
     assert_eq!((document.status, document.header("content-type")), (200, Some("application/pdf")));
     assert!(document.body.starts_with(b"%PDF-"));
+    let values = server.get(&format!("{report}?format=dfq"));
+    assert!(values.header("content-disposition").unwrap().contains("BL-2_2.dfq"));
+    assert!(values.body.starts_with(b"K0100 1\r\nK1001 block\r\n"), "{:?}", values.body);
 
     let of = "/api/v1/recipes/block/characteristics/height";
     let chart = server.get(&format!("{of}/control-chart")).expect(200);

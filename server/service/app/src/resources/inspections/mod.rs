@@ -1,7 +1,5 @@
 //! Inspections: a part scanned and measured with a version of a recipe, and its verdict.
 
-mod csv;
-mod decimal;
 mod export;
 mod finished;
 mod judged;
@@ -11,9 +9,7 @@ mod run_rules;
 pub(crate) mod sample;
 mod sheet;
 
-pub use csv::table as csv_table;
-pub use decimal::decimal;
-pub use export::{ExportPage, export_csv};
+pub use export::{Export, ExportFormat, ExportPage, csv_table, decimal, dfq_document, local, offset_now};
 pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
 pub use judged::judged;
 pub use message::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};

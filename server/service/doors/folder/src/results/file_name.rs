@@ -1,9 +1,9 @@
 //! Names of files by a template, safe on Windows shares.
 
 use app::doors::{BadSetting, InspectionMessage};
+use app::inspections::local;
 
 use crate::params::{LONGEST_PART_BYTES, LONGEST_STEM_BYTES};
-use crate::results::local_time::local;
 
 const PLACEHOLDERS: [&str; 8] =
     ["{serial}", "{seq}", "{recipe}", "{version}", "{verdict}", "{order}", "{date}", "{time}"];

@@ -1,19 +1,15 @@
 //! Results: the documents of an inspection, and how they are written.
 
-mod dfq;
 mod file_name;
-mod local_time;
 #[cfg(test)]
 pub mod tests;
-mod windows_1252;
 mod writing;
 
 pub use file_name::FileName;
-pub use local_time::{local, offset_now};
 pub use writing::{Document, write_all};
 
 use app::doors::{Delivery, InspectionMessage};
-use app::inspections::csv_table;
+use app::inspections::{csv_table, dfq_document, local};
 
 use crate::settings::Format;
 
@@ -23,7 +19,7 @@ pub fn documents(formats: &[Format], delivery: &Delivery, inspection: &Inspectio
         Format::Json => Document { extension: "json", bytes: pretty(delivery) },
         Format::Csv => Document { extension: "csv", bytes: csv_table(inspection).into_bytes() },
         Format::Dfq => {
-            Document { extension: "dfq", bytes: dfq::document(inspection, local(inspection.inspected_at_ms)) }
+            Document { extension: "dfq", bytes: dfq_document(inspection, local(inspection.inspected_at_ms)) }
         }
     };
     formats.iter().map(document).collect()

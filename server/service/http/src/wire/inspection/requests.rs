@@ -152,9 +152,36 @@ pub enum ExportFormatDto {
     /// A table with one row per characteristic, the same as of a `folder` door.
     #[default]
     Csv,
+    /// Q-DAS ASCII transfer format: each part with its characteristics and values. Inspections with the same version of a
+    /// recipe, and the same K fields among their attributes, are values of the same part; a damaged inspection is left
+    /// out.
+    Dfq,
 }
 
-/// Selects the form of a report.
+/// Selects the form of the report of an inspection.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct InspectionReportQuery {
+    /// Form of the report; default `html`.
+    #[param(inline)]
+    pub format: Option<InspectionReportFormatDto>,
+}
+
+/// Form of the report of an inspection.
+#[derive(Debug, Clone, Copy, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InspectionReportFormatDto {
+    /// A page without scripts.
+    #[default]
+    Html,
+    /// An A4 document.
+    Pdf,
+    /// Q-DAS ASCII transfer format, as of a `folder` door.
+    Dfq,
+}
+
+/// Selects the form of the report of a study.
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]

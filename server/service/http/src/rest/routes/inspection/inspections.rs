@@ -14,7 +14,7 @@ use store::{InspectionFilter, JobState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::{report_format, report_response};
+use super::report_response;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, bytes};
 use crate::rest::control::By;
@@ -23,19 +23,25 @@ use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::inspection::inspections::{InspectionDto, InspectionQueueDto};
 use crate::wire::inspection::requests::{
-    ExportFormatDto, ExportQuery, HoldDto, InspectDto, InspectionsQuery, ReEvaluateDto, ReportQuery, WaitQuery,
+    ExportFormatDto, ExportQuery, HoldDto, InspectDto, InspectionReportFormatDto, InspectionReportQuery,
+    InspectionsQuery, ReEvaluateDto, WaitQuery,
 };
 use crate::wire::job::jobs::{JobDto, job_href};
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, encoded, page, path_with};
 use app::App;
-use app::inspections::{export_csv, inspection_report};
+use app::inspections::{
+    Export, ExportFormat, InspectionMessage, ReportFormat, dfq_document, inspection_report, local,
+};
 use app::jobs::ScanSource;
 use app::recipes::RecipeRef;
 use app::use_cases;
 
 /// Longest time that a response waits for a result.
 const WAIT_LIMIT_S: u32 = 30;
+
+/// Media type of DFQ files, which have none of their own.
+const DFQ: &str = "application/octet-stream";
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -112,13 +118,16 @@ fn by_recipe(recipe: Option<String>) -> InspectionFilter {
 /// connection.
 #[utoipa::path(
     get, path = "/inspections/export", tag = "inspections", params(ExportQuery),
-    responses((status = 200, body = String, content_type = "text/csv"))
+    responses((status = 200, content((String = "text/csv"), (Vec<u8> = "application/octet-stream"))))
 )]
 async fn export_inspections(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<ExportQuery>,
 ) -> Result<Response, Problem> {
-    let ExportFormatDto::Csv = query.format.unwrap_or_default();
+    let (format, media_type, name) = match query.format.unwrap_or_default() {
+        ExportFormatDto::Csv => (ExportFormat::Csv, "text/csv; charset=utf-8", "inspections.csv"),
+        ExportFormatDto::Dfq => (ExportFormat::Dfq, DFQ, "inspections.dfq"),
+    };
     let filter = InspectionFilter {
         serial: query.serial,
         order_number: query.order,
@@ -127,17 +136,15 @@ async fn export_inspections(
         to_ms: query.to_ms,
         ..by_recipe(query.recipe)
     };
-    let first = export_csv(app.catalogue.read(), &filter, 0).await?;
-    let rest = stream::try_unfold(first.next_seq, move |next| {
-        let (app, filter) = (app.clone(), filter.clone());
-        async move {
-            let Some(seq) = next else { return Ok::<_, String>(None) };
-            let page = export_csv(app.catalogue.read(), &filter, seq).await.map_err(|error| error.detail)?;
-            Ok(Some((page.text, page.next_seq)))
-        }
+    let export = Export::begin(app.catalogue.read(), filter, format).await?;
+    let first = export.page(app.catalogue.read(), 0).await?;
+    let rest = stream::try_unfold((app, export, first.next_seq), |(app, export, next)| async move {
+        let Some(seq) = next else { return Ok::<_, String>(None) };
+        let page = export.page(app.catalogue.read(), seq).await.map_err(|error| error.detail)?;
+        Ok(Some((page.bytes, (app, export, page.next_seq))))
     });
-    let whole = stream::once(async { Ok(first.text) }).chain(rest);
-    Ok(bytes("text/csv; charset=utf-8", Some("inspections.csv"), Body::from_stream(whole)))
+    let whole = stream::once(async { Ok(first.bytes) }).chain(rest);
+    Ok(bytes(media_type, Some(name), Body::from_stream(whole)))
 }
 
 /// Inspects a part: scans it, or takes the frames of a capture, measures it according to a recipe, and decides its verdict. With `wait_s` the
@@ -181,17 +188,30 @@ async fn get_inspection(
     Ok(Json(app.catalogue.read().inspection(&id).await?.try_into()?))
 }
 
-/// Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance.
+/// Returns the report of an inspection: verdict, characteristics with limits and uncertainties, the cloud from above, provenance;
+/// or its values in the Q-DAS ASCII transfer format.
 #[utoipa::path(
-    get, path = "/inspections/{id}/report", tag = "inspections", params(("id" = String, Path), ReportQuery),
-    responses((status = 200, content((String = "text/html"), (Vec<u8> = "application/pdf"))))
+    get, path = "/inspections/{id}/report", tag = "inspections", params(("id" = String, Path), InspectionReportQuery),
+    responses((
+        status = 200,
+        content((String = "text/html"), (Vec<u8> = "application/pdf"), (Vec<u8> = "application/octet-stream"))
+    ))
 )]
 async fn get_inspection_report(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
-    ApiQuery(query): ApiQuery<ReportQuery>,
+    ApiQuery(query): ApiQuery<InspectionReportQuery>,
 ) -> Result<Response, Problem> {
-    let format = report_format(&query);
+    let format = match query.format.unwrap_or_default() {
+        InspectionReportFormatDto::Html => ReportFormat::Html,
+        InspectionReportFormatDto::Pdf => ReportFormat::Pdf,
+        InspectionReportFormatDto::Dfq => {
+            let inspection: InspectionMessage =
+                app.catalogue.read().inspection(&id).await.and_then(TryFrom::try_from)?;
+            let name = format!("{}_{}.dfq", inspection.serial, inspection.seq);
+            return Ok(bytes(DFQ, Some(&name), dfq_document(&inspection, local(inspection.inspected_at_ms))));
+        }
+    };
     let report = inspection_report(app.catalogue.read(), &*app.artifacts, &id, format).await?;
     Ok(report_response(format, report))
 }

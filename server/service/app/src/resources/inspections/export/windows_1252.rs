@@ -11,10 +11,17 @@ const UPPER: [char; 32] = [
     '–', '—', '˜', '™', 'š', '›', 'œ', ' ', 'ž', 'Ÿ',
 ];
 
+/// What a file that is not Windows-1252 begins with.
+pub const BYTE_ORDER_MARK: &str = "\u{feff}";
+
 /// Windows-1252 if it has all the characters, else UTF-8 with a byte order mark.
 pub fn encoded(text: &str) -> Vec<u8> {
-    let narrow: Option<Vec<u8>> = text.chars().map(byte).collect();
-    narrow.unwrap_or_else(|| format!("\u{feff}{text}").into_bytes())
+    narrow(text).unwrap_or_else(|| format!("{BYTE_ORDER_MARK}{text}").into_bytes())
+}
+
+/// The text in Windows-1252; `None` if it has other characters.
+pub fn narrow(text: &str) -> Option<Vec<u8>> {
+    text.chars().map(byte).collect()
 }
 
 fn byte(letter: char) -> Option<u8> {

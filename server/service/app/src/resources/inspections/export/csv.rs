@@ -1,7 +1,6 @@
 //! Inspections as a table: CSV by RFC 4180, UTF-8, one row per characteristic.
 
-use crate::resources::inspections::decimal::decimal;
-use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
+use crate::resources::inspections::{CharacteristicMessage, InspectionMessage, decimal};
 
 /// The columns. New ones are added at the end.
 const COLUMNS: [&str; 24] = [

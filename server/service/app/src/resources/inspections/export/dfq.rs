@@ -3,16 +3,17 @@
 //! `Kxxxx text` describes the part, `Kxxxx/n text` characteristic n, `/0` all of them. The line of values has neither
 //! key nor number: the fields of a characteristic are separated by 0x14, characteristics by 0x0F. Fields after it belong
 //! to these values. Attributes whose names are K fields are written as such fields: those of the part (K0…, K1…) and of a
-//! characteristic (K2…), such as the part number of the catalogue in K1001.
+//! characteristic (K2…), such as the part number of the catalogue in K1001. Several inspections in one file:
+//! `selection.rs`.
 
 use std::collections::BTreeMap;
 
-use app::doors::{CharacteristicMessage, InspectionMessage};
-use app::inspections::decimal;
 use serde_json::Value;
 use time::OffsetDateTime;
 
-use crate::results::windows_1252::encoded;
+use super::decimal::decimal;
+use super::windows_1252::encoded;
+use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
 
 /// Between the fields of a value.
 const FIELD: char = '\u{14}';
@@ -21,7 +22,7 @@ const FIELD: char = '\u{14}';
 const CHARACTERISTIC: char = '\u{0f}';
 
 /// K0002: the value counts.
-const VALID: u8 = 0;
+pub const VALID: u8 = 0;
 
 /// K0002: there is no value; a placeholder that nothing is calculated with.
 const NOT_MEASURED: u8 = 255;
@@ -33,22 +34,36 @@ const LEAST_DECIMALS: usize = 3;
 const MEASURED: [&str; 11] =
     ["K0001", "K0002", "K0004", "K0014", "K0100", "K2101", "K2110", "K2111", "K2112", "K2113", "K2142"];
 
+/// A field: its key and its text.
+pub type Field = (String, String);
+
 /// The document; `at` is the local time of the verdict.
 pub fn document(inspection: &InspectionMessage, at: Option<OffsetDateTime>) -> Vec<u8> {
-    let mut lines = vec![format!("K0100 {}", inspection.results.len())];
-    lines.extend(part_fields(inspection));
-    for (idx, result) in inspection.results.iter().enumerate() {
-        lines.extend(characteristic_fields(idx + 1, result));
+    let mut lines = vec![line("K0100", "", &inspection.results.len().to_string())];
+    lines.extend(part_fields(inspection).iter().map(|(key, text)| line(key, "", text)));
+    for (number, result) in (1..).zip(&inspection.results) {
+        let fields = characteristic_fields(number, result);
+        lines.extend(fields.iter().map(|(key, text)| line(key, &format!("/{number}"), text)));
     }
     let at = at.map(date).unwrap_or_default();
-    let values: Vec<_> = inspection.results.iter().map(|result| value(result, &at)).collect();
+    let value = |result| {
+        let (value, attribute) = value(result);
+        format!("{value}{FIELD}{attribute}{FIELD}{at}")
+    };
+    let values: Vec<_> = inspection.results.iter().map(value).collect();
     lines.push(values.join(&CHARACTERISTIC.to_string()));
-    lines.extend(value_fields(inspection));
+    lines.extend(value_fields(inspection).iter().map(|(key, text)| line(key, "/0", text)));
     lines.push(String::new());
     encoded(&lines.join("\r\n"))
 }
 
-fn part_fields(inspection: &InspectionMessage) -> Vec<String> {
+/// A line with a field of the part or characteristic `number`, such as `/2`.
+pub fn line(key: &str, number: &str, text: &str) -> String {
+    format!("{key}{number} {}", clean(text))
+}
+
+/// What describes the part.
+pub fn part_fields(inspection: &InspectionMessage) -> Vec<Field> {
     let recipe = &inspection.recipe;
     let mut fields = BTreeMap::from([
         ("K1001", recipe.id.clone()),
@@ -59,10 +74,11 @@ fn part_fields(inspection: &InspectionMessage) -> Vec<String> {
         fields.insert("K1900", "simulated: not measured on a real part".to_owned());
     }
     fields.extend(given(&inspection.attributes, "K1", Clone::clone));
-    fields.into_iter().map(|(key, text)| format!("{key} {}", clean(&text))).collect()
+    owned(fields)
 }
 
-fn characteristic_fields(number: usize, result: &CharacteristicMessage) -> Vec<String> {
+/// What describes a characteristic, the `number`-th of its part.
+pub fn characteristic_fields(number: usize, result: &CharacteristicMessage) -> Vec<Field> {
     let mut fields = BTreeMap::from([
         ("K2001", number.to_string()),
         ("K2002", result.id.clone()),
@@ -81,22 +97,27 @@ fn characteristic_fields(number: usize, result: &CharacteristicMessage) -> Vec<S
     let texts = numbers.into_iter().filter_map(|(key, value)| Some((key, decimal(value?, LEAST_DECIMALS)?)));
     fields.extend(texts);
     fields.extend(given(&result.attributes, "K2", text));
-    fields.into_iter().map(|(key, text)| format!("{key}/{number} {}", clean(&text))).collect()
+    owned(fields)
 }
 
-/// Value, attribute and time. What is invalid has no value: nobody may calculate with it.
-fn value(result: &CharacteristicMessage, at: &str) -> String {
+/// The value and its attribute (K0002). What is invalid has no value: nobody may calculate with it.
+pub fn value(result: &CharacteristicMessage) -> (String, u8) {
     let is_invalid = result.verdict.as_deref() == Some("invalid");
     let value = result.value.filter(|_| !is_invalid).and_then(|value| decimal(value, LEAST_DECIMALS));
     let attribute = if value.is_some() { VALID } else { NOT_MEASURED };
-    format!("{}{FIELD}{attribute}{FIELD}{at}", value.unwrap_or_default())
+    (value.unwrap_or_default(), attribute)
 }
 
-fn value_fields(inspection: &InspectionMessage) -> Vec<String> {
+/// What belongs to all values of an inspection.
+pub fn value_fields(inspection: &InspectionMessage) -> Vec<Field> {
     let mut fields = BTreeMap::from([("K0014", inspection.serial.clone())]);
     fields.extend(inspection.order.clone().map(|order| ("K0053", order)));
     fields.extend(given(&inspection.attributes, "K0", Clone::clone));
-    fields.into_iter().map(|(key, text)| format!("{key}/0 {}", clean(&text))).collect()
+    owned(fields)
+}
+
+fn owned(fields: BTreeMap<&str, String>) -> Vec<Field> {
+    fields.into_iter().map(|(key, text)| (key.to_owned(), text)).collect()
 }
 
 /// Attributes that are K fields of this group.
@@ -125,18 +146,20 @@ fn clean(text: &str) -> String {
     text.chars().map(plain).collect::<String>().trim().to_owned()
 }
 
-fn date(at: OffsetDateTime) -> String {
+/// Day and time as K0004 has it.
+pub fn date(at: OffsetDateTime) -> String {
     let (day, month, year) = (at.day(), u8::from(at.month()), at.year());
     format!("{day:02}.{month:02}.{year:04}/{:02}:{:02}:{:02}", at.hour(), at.minute(), at.second())
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use serde_json::json;
     use time::{Date, Month, UtcOffset};
 
     use super::*;
-    use crate::results::tests::inspection;
+    use crate::resources::inspections::sample::inspection;
 
     /// An hour before 22.11.2025/14:03:07, in UTC.
     fn at() -> Option<OffsetDateTime> {
