@@ -4,7 +4,9 @@ use opcua::nodes::{
     DataType, DefaultTypeTree, NodeSet2Import, NodeSetImport as _, NodeSetNamespaceMapper, NodeType,
 };
 use opcua::server::address_space::AddressSpace;
-use opcua::types::{BrowseDirection, DataTypeDefinition, NodeId, ReferenceTypeId, StructureDefinition};
+use opcua::types::{
+    BrowseDirection, DataTypeDefinition, DataTypeId, NodeId, ReferenceTypeId, StructureDefinition,
+};
 
 use crate::information_model::ids::MACHINE_VISION;
 
@@ -40,6 +42,11 @@ pub fn import(space: &mut AddressSpace, types: &mut DefaultTypeTree) -> Result<u
 
 /// Clients decode a structure by the definition of its type alone: inherited fields are repeated, and the id of the
 /// binary encoding is added, which the library finds only if the namespace has the same index as in the nodeset.
+///
+/// The definitions of the binary ids name `Structure` as their base, although the type tree has `BinaryIdBaseDataType` in
+/// between. node-opcua takes the fields of the base for its own a second time if it reads a structure that contains an id
+/// before the base, and writes them twice into requests. In which order it reads them is left to chance: the library lists
+/// references in the order of a hash table.
 fn complete_definitions(space: &mut AddressSpace, index: u16) {
     let definition_of = |space: &AddressSpace, number| match data_type(space, &NodeId::new(index, number))
         .and_then(DataType::data_type_definition)
@@ -56,7 +63,7 @@ fn complete_definitions(space: &mut AddressSpace, index: u16) {
         let id = NodeId::new(index, number);
         let encoding = binary_encoding(space, &id).unwrap_or_default();
         let base_data_type = match BINARY_IDS.contains(&number) {
-            true => NodeId::new(index, BINARY_ID_BASE),
+            true => DataTypeId::Structure.into(),
             false => definition.base_data_type.clone(),
         };
         let definition = StructureDefinition { default_encoding_id: encoding, base_data_type, ..definition };
