@@ -40,6 +40,20 @@ async function connected() {
   return { client, session };
 }
 
+/**
+ * Lists the common base of ids last, behind the structures that contain such ids. A server may list types in any order, and
+ * this library resolves them as it meets them: in this order it once wrote the fields of the base twice.
+ */
+function listBaseLast(session) {
+  const browse = session.browse.bind(session);
+  session.browse = async (...of) => {
+    const found = await browse(...of);
+    const isBase = (reference) => reference.browseName?.name === "BinaryIdBaseDataType";
+    for (const one of [found].flat()) one.references?.sort((a, b) => isBase(a) - isBase(b));
+    return found;
+  };
+}
+
 /** Values of all types as JSON. */
 function plain(value) {
   if (value instanceof opcua.Variant) return plain(value.value);
@@ -156,6 +170,7 @@ async function inspect(station, recipe, serial) {
 async function main() {
   const { client, session } = await connected();
   try {
+    listBaseLast(session);
     await session.extractNamespaceDataType();
     const namespaces = await session.readNamespaceArray();
     const station = new Station(session, namespaces.indexOf(VISION), namespaces.indexOf(INSTANCES));
