@@ -23,7 +23,7 @@ pub use access::{idempotency, lease, principal};
 pub use config::limits;
 pub use lifetime::housekeeping;
 pub use resources::{
-    calibrations, captures, inspections, labels, measurements, points_page, recipes, scan_run, statistics,
+    calibrations, captures, health, inspections, labels, measurements, points_page, recipes, scan_run, statistics,
     stored_scan, studies, watches,
 };
 

@@ -18,11 +18,12 @@ mod tests;
 
 pub use attempts::{Attempt, DoorState, DoorView};
 pub use delivery::Delivery;
+pub use devices::DeviceIdentity;
 pub use door::{BadSetting, Door, Undelivered};
 pub use filter::EventFilter;
 pub use params::EVENTS_KEPT_FOR_DOORS;
 pub use station::wall_clock::now_ms;
-pub use station::{MachineState, OperationalState};
+pub use station::{LaserLight, MachineState, OperationalState, StationStatus};
 pub use store::{Change, EventRecord, IdempotencyRecord, InspectionFilter, Page, RecipeFilter};
 
 pub use crate::resources::inspections::{CharacteristicMessage, InspectionMessage, RecipeMessage, utc};

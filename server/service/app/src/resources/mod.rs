@@ -2,6 +2,7 @@
 
 pub mod calibrations;
 pub mod captures;
+pub mod health;
 pub mod inspections;
 pub mod labels;
 pub mod measurements;

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use app::App;
 use app::doors::{BadSetting, Delivery, Door, EventFilter, EventRecord, InspectionMessage, Undelivered};
+use app::health;
 use async_trait::async_trait;
 use tokio::sync::watch;
 
-use crate::line::{AppLine, Condition, Finished, Line};
+use crate::line::{AppLine, Condition, Devices, Finished, Line};
 use crate::server::users::Users;
 use crate::server::{Parts, Shared, serve};
 use crate::settings::Settings;
@@ -96,25 +97,27 @@ impl Door for OpcUaDoor {
     }
 
     async fn serve(self: Arc<Self>, app: App) {
-        let mut status = app.station.watch_status();
         let condition = watch::Sender::new(Condition::default());
         let watched = condition.subscribe();
-        let follow = async move {
-            loop {
-                let now = status.borrow_and_update().clone();
-                let changes = now.state_history.after(0);
-                let fault = now.faults.last().map(|fault| format!("{}; {}", fault.detail, fault.remedy));
-                let next = Condition { changes: changes.collect(), job_id: now.job_id.clone(), fault };
+        let follow = async {
+            health::follow(&app, |status, health| {
+                let fault = status.faults.last().map(|fault| format!("{}; {}", fault.detail, fault.remedy));
+                let next = Condition {
+                    changes: status.state_history.after(0).collect(),
+                    job_id: status.job_id.clone(),
+                    fault,
+                    health: Some(health.clone()),
+                    devices: Devices::of(status),
+                };
                 condition.send_if_modified(|known| {
                     let is_modified = *known != next;
                     *known = next;
                     is_modified
                 });
-                if status.changed().await.is_err() {
-                    // The station is shut down before the doors: its last state stays.
-                    std::future::pending::<()>().await;
-                }
-            }
+            })
+            .await;
+            // The station is shut down before the doors: its last state stays.
+            std::future::pending::<()>().await;
         };
         let line = Arc::new(AppLine::new(app.clone(), &self.settings.name, &self.settings.recipes));
         tokio::select! {

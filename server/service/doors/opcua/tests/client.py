@@ -3,7 +3,7 @@
 POLICY is the name of a security policy, or none; USER - is nobody. The client's certificate is created in FOLDER.
 `connect` logs in, `browse` reads the address space, `commands` calls every method that changes something, `inspect`
 starts a job and waits for its result, `fail` starts one and waits for the end of the fault that it causes, `list` asks
-for stored results.
+for stored results, `health` reads the health of the station, `follow-health` waits for a fault and for its end.
 """
 
 import asyncio
@@ -11,6 +11,7 @@ import json
 import logging
 import socket
 import sys
+from datetime import datetime, timezone
 from types import SimpleNamespace
 from pathlib import Path
 
@@ -25,6 +26,9 @@ URL, FOLDER, POLICY, USER, PASSWORD, COMMAND = sys.argv[1:7]
 ARGUMENTS = sys.argv[7:]
 VISION = "http://opcfoundation.org/UA/MachineVision"
 INSTANCES = "urn:sheaf:station"
+DEVICES = "http://opcfoundation.org/UA/DI/"
+DEVICE_SET, FUNCTIONAL_GROUP = 5001, 1005
+HAS_ADD_IN = 17604
 PATIENCE_S = 60
 JOB_STARTED, STATE_CHANGED, ERROR, ERROR_RESOLVED, RESULT_READY = 1013, 1018, 1019, 1020, 1024
 # The outputs of GetResultComponentsById.
@@ -271,6 +275,70 @@ async def commands(station):
     return outcomes
 
 
+async def health(station):
+    """Every variable of the health as [value, status, time in ms]; the condition by the name that its type gives it."""
+    devices = await station.client.get_namespace_index(DEVICES)
+    values, groups, named = {}, {}, None
+    for owner in ("", ".Camera", ".Stage", ".Laser"):
+        for group in await station.node(owner).get_children(refs=HAS_ADD_IN):
+            path = f"{owner}.{(await group.read_browse_name()).Name}"
+            kind = await group.read_type_definition()
+            groups[path] = kind == ua.NodeId(FUNCTIONAL_GROUP, devices)
+            for variable in await group.get_children():
+                name = await variable.read_browse_name()
+                read = await variable.read_data_value(False)
+                values[f"{path}.{name.Name}"] = shown(read)
+                if name == ua.QualifiedName("DeviceHealth", devices):
+                    strings = await station.client.get_node(await variable.read_data_type()).get_child("0:EnumStrings")
+                    named = [one.Text for one in await strings.read_value()]
+    device_set = await station.client.get_node(ua.NodeId(DEVICE_SET, devices)).get_children()
+    found = [(await device.read_browse_name()).Name for device in device_set]
+    return {"values": values, "groups": groups, "conditions": named, "device_set": sorted(found)}
+
+
+def shown(read):
+    value = read.Value.Value if read.StatusCode.is_good() else None
+    at = read.SourceTimestamp
+    if isinstance(value, datetime):
+        value = milliseconds(value)
+    return [getattr(value, "Text", value), read.StatusCode.name, at and milliseconds(at)]
+
+
+def milliseconds(time):
+    return round(time.replace(tzinfo=timezone.utc).timestamp() * 1000)
+
+
+class Followed:
+    """Collects values of one variable."""
+
+    def __init__(self):
+        self.values, self.news = [], asyncio.Event()
+
+    def datachange_notification(self, node, value, data):
+        self.values.append(shown(data.monitored_item.Value))
+        self.news.set()
+
+    async def until(self, wanted):
+        async with asyncio.timeout(PATIENCE_S):
+            while not self.values or self.values[-1][0] != wanted:
+                self.news.clear()
+                await self.news.wait()
+
+
+async def follow_health(station, recipe, serial):
+    followed, message = Followed(), station.node(".Stage.Health.Message")
+    subscription = await station.client.create_subscription(50, followed)
+    await subscription.subscribe_data_change(station.node(".Stage.Health.DeviceHealth"))
+    await followed.until(0)
+    await start_job(station, recipe, serial)
+    await followed.until(1)
+    failed = (await message.read_value()).Text
+    whole = await station.node(".Health.DeviceHealth").read_value()
+    await station.call(".VisionStateMachine.Reset", ua.Variant(0, ua.VariantType.Int32), "test")
+    await followed.until(0)
+    return {"values": followed.values, "failed": failed, "system": whole, "message": (await message.read_value()).Text}
+
+
 async def main():
     client = await connected()
     try:
@@ -283,6 +351,7 @@ async def main():
         if COMMAND == "connect":
             return {"state": await station.state()}
         steps = {"browse": browse, "inspect": inspect, "fail": fail, "list": results, "recipes": recipes, "commands": commands}
+        steps |= {"health": health, "follow-health": follow_health}
         return await steps[COMMAND](station, *ARGUMENTS)
     finally:
         await client.disconnect()

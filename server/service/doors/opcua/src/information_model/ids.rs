@@ -1,7 +1,10 @@
-//! Numbers of nodes in the namespace of Machine Vision, and names of the instances.
+//! Numbers of nodes in the namespaces of the standards, and names of the instances.
 
 /// The namespace of OPC 40100-1.
 pub const MACHINE_VISION: &str = "http://opcfoundation.org/UA/MachineVision";
+
+/// The namespace of OPC 10000-100.
+pub const DEVICE_INTEGRATION: &str = "http://opcfoundation.org/UA/DI/";
 
 /// The namespace of the instances.
 pub const INSTANCES: &str = "urn:sheaf:station";
@@ -12,6 +15,16 @@ pub mod types {
     pub const VISION_SYSTEM: u32 = 1003;
     /// `ResultType`, of variables that contain a result.
     pub const RESULT: u32 = 2002;
+}
+
+/// Nodes of OPC 10000-100, in its namespace.
+pub mod device_integration {
+    /// `FunctionalGroupType`.
+    pub const FUNCTIONAL_GROUP: u32 = 1005;
+    /// `DeviceSet`, below which clients look for devices.
+    pub const DEVICE_SET: u32 = 5001;
+    /// `DeviceHealthEnumeration`.
+    pub const DEVICE_HEALTH: u32 = 6244;
 }
 
 /// Types of events.
@@ -70,6 +83,13 @@ pub mod instances {
     pub const RESULT_FOLDER: &str = "VisionSystem.ResultManagement.Results";
     /// The latest result.
     pub const LATEST_RESULT: &str = "VisionSystem.ResultManagement.Results.LatestResult";
+
+    /// The camera.
+    pub const CAMERA: &str = "VisionSystem.Camera";
+    /// The stage.
+    pub const STAGE: &str = "VisionSystem.Stage";
+    /// The laser.
+    pub const LASER: &str = "VisionSystem.Laser";
 
     /// Optional parts that this vision system has.
     pub const OPTIONAL: [&str; 8] = [

@@ -17,8 +17,10 @@ use crate::information_model::ids::types;
 pub struct Instances<'a> {
     /// Nodes.
     pub space: &'a mut AddressSpace,
-    /// Index of the namespace of the types.
+    /// Index of the namespace of the types of OPC 40100-1.
     pub types: u16,
+    /// Index of the namespace of OPC 10000-100.
+    pub devices: u16,
     /// Index of the namespace of the instances.
     pub namespace: u16,
 }
@@ -39,6 +41,7 @@ impl Instances<'_> {
         self.add_state_number(instances::MACHINE);
         self.add_state_number(instances::AUTOMATIC);
         self.add_latest_result();
+        self.add_health();
     }
 
     /// The instance with this path.
@@ -118,11 +121,19 @@ impl Instances<'_> {
     }
 }
 
-fn set_description(node: &mut dyn Node, text: &str) {
+/// Describes the node in English.
+pub fn set_description(node: &mut dyn Node, text: &str) {
     node.set_description(LocalizedText::new("en", text));
 }
 
-fn variable(base: Base, data_type: NodeId, rank: i32, value: DataValue, dimensions: Option<Vec<u32>>) -> Variable {
+/// A variable that clients can read.
+pub fn variable(
+    base: Base,
+    data_type: NodeId,
+    rank: i32,
+    value: DataValue,
+    dimensions: Option<Vec<u32>>,
+) -> Variable {
     let access = AccessLevel::CURRENT_READ.bits();
     Variable::new_full(base, data_type, false, rank, value, access, access, dimensions, Some(0.0))
 }

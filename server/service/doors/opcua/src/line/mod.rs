@@ -1,10 +1,13 @@
 //! What the methods act on: the service, or a script in tests.
 
 mod app_line;
+mod devices;
 
 pub use app_line::AppLine;
+pub use devices::Devices;
 
 use app::doors::{InspectionMessage, MachineState};
+use app::health::StationHealth;
 use async_trait::async_trait;
 
 use crate::refusal::Refusal;
@@ -18,6 +21,10 @@ pub struct Condition {
     pub job_id: Option<String>,
     /// The newest fault waiting for acknowledgement: what happened, and what to do.
     pub fault: Option<String>,
+    /// The health of the station; `None` until it is known.
+    pub health: Option<StationHealth>,
+    /// Its devices.
+    pub devices: Devices,
 }
 
 /// A requested inspection.

@@ -2,6 +2,7 @@
 
 mod certificates;
 mod event;
+mod health;
 mod methods;
 mod nodes;
 mod publisher;

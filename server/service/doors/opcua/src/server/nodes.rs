@@ -11,9 +11,9 @@ use opcua::sync::RwLock;
 use opcua::types::{Identifier, NodeId, StatusCode};
 use parking_lot::Mutex;
 
-use crate::information_model::ids::{INSTANCES, MACHINE_VISION};
+use crate::information_model::ids::{DEVICE_INTEGRATION, INSTANCES, MACHINE_VISION};
 use crate::information_model::instance::Instances;
-use crate::information_model::nodeset::import;
+use crate::information_model::nodeset::{DEVICES, VISION, import};
 use crate::information_model::structures::Structures;
 use crate::line::Line;
 use crate::server::methods::{Outcome, call};
@@ -25,8 +25,10 @@ pub type Manager = InMemoryNodeManager<Nodes>;
 pub struct Nodes {
     /// Values of structures.
     pub structures: Structures,
-    /// Index of the namespace of the types.
+    /// Index of the namespace of OPC 40100-1.
     pub types: u16,
+    /// Index of the namespace of OPC 10000-100.
+    devices: u16,
     /// Index of the namespace of the instances.
     pub namespace: u16,
     /// What methods act on.
@@ -45,25 +47,27 @@ impl Nodes {
     /// Fills the address space.
     ///
     /// # Errors
-    /// The nodeset cannot be read.
+    /// A nodeset cannot be read.
     pub fn build(
         context: &ServerContext,
         space: &mut AddressSpace,
         line: Arc<dyn Line>,
         prepared_events: tokio::sync::mpsc::UnboundedSender<String>,
     ) -> Result<Self, String> {
-        let (types, namespace) = {
+        let (types, devices, namespace) = {
             let mut tree = context.type_tree.write();
-            let types = import(space, &mut tree)?;
-            (types, tree.namespaces_mut().add_namespace(INSTANCES))
+            let types = import(&VISION, space, &mut tree)?;
+            let devices = import(&DEVICES, space, &mut tree)?;
+            (types, devices, tree.namespaces_mut().add_namespace(INSTANCES))
         };
         space.add_namespace(INSTANCES, namespace);
-        Instances { space, types, namespace }.add_vision_system();
+        Instances { space, types, devices, namespace }.add_vision_system();
         let structures = Structures::new(space, types)?;
         context.info.type_loaders.write().add(Arc::new(structures.loader()));
         Ok(Self {
             structures,
             types,
+            devices,
             namespace,
             line,
             prepared: Mutex::default(),
@@ -101,7 +105,11 @@ impl InMemoryNodeManagerImpl for Nodes {
             namespace_index: index,
             ..NamespaceMetadata::default()
         };
-        vec![namespace(MACHINE_VISION, self.types), namespace(INSTANCES, self.namespace)]
+        vec![
+            namespace(MACHINE_VISION, self.types),
+            namespace(DEVICE_INTEGRATION, self.devices),
+            namespace(INSTANCES, self.namespace),
+        ]
     }
 
     async fn call(

@@ -1,4 +1,4 @@
-//! Publishes states, events and results to clients.
+//! Publishes states, events, results and the health of the station to clients.
 
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use crate::line::{Condition, Finished};
 use crate::machine::{OPERATIONAL_NODE, Transition, name, node, path};
 use crate::result::{fields, structure};
 use crate::server::event::StationEvent;
+use crate::server::health::ShownHealth;
 use crate::server::nodes::{Manager, Nodes};
 
 /// Severity of events that report a completed action.
@@ -28,12 +29,13 @@ pub struct Publisher {
     manager: Arc<Manager>,
     /// Number of the last change that was published, and the state since.
     entered: Mutex<Option<(u64, MachineState)>>,
+    health: Mutex<ShownHealth>,
 }
 
 impl Publisher {
     /// For this server.
     pub fn new(handle: ServerHandle, manager: Arc<Manager>) -> Self {
-        Self { handle, manager, entered: Mutex::new(None) }
+        Self { handle, manager, entered: Mutex::new(None), health: Mutex::default() }
     }
 
     /// Tells the server to end.
@@ -43,6 +45,9 @@ impl Publisher {
 
     /// Publishes the changes of the station since the last condition.
     pub fn follow(&self, condition: &Condition) {
+        for (path, value) in self.health.lock().changes(condition) {
+            self.set(&path, value);
+        }
         self.nodes().running_job.lock().clone_from(&condition.job_id);
         let mut entered = self.entered.lock();
         for &(number, next) in &condition.changes {

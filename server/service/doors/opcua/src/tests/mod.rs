@@ -2,6 +2,7 @@
 //!
 //! What they do not show: how the use cases of the service act, which its own tests show.
 
+mod health;
 mod plant;
 mod settings;
 mod witness;

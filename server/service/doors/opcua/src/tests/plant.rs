@@ -4,8 +4,10 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 
-use app::doors::{Delivery, Door as _, EventRecord, MachineState, OperationalState};
+use app::doors::{Delivery, DeviceIdentity, Door as _, EventRecord, MachineState, OperationalState, now_ms};
+use app::health::{CalibrationInUse, Health, HealthState, StationHealth, WatchOutcome};
 use async_trait::async_trait;
 use parking_lot::Mutex;
 use serde_json::Value;
@@ -14,7 +16,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::door::OpcUaDoor;
-use crate::line::{Condition, Finished, Line, Recipe, ResultFilter, StartJob};
+use crate::line::{Condition, Devices, Finished, Line, Recipe, ResultFilter, StartJob};
 use crate::refusal::Refusal;
 use crate::settings::{Settings, User};
 use crate::tests::inspection;
@@ -31,6 +33,12 @@ pub const FAULTY: &str = "S-faulty";
 /// What happens then, and what to do.
 pub const FAULT: &str = "the stage stalled; free the carriage";
 
+/// Time of the scan that the watches saw.
+pub const SCANNED_AT_MS: i64 = 1_764_164_142_100;
+
+/// When the active calibration was computed.
+pub const CALIBRATED_AT_MS: i64 = 1_764_000_000_000;
+
 /// A server with its folder.
 pub struct Plant {
     pub folder: TempDir,
@@ -45,6 +53,8 @@ pub struct ScriptedLine {
     pub condition: watch::Sender<Condition>,
     pub calls: Mutex<Vec<String>>,
     pub stored: watch::Sender<Vec<Finished>>,
+    /// When it failed, ms since 1970.
+    pub failed_at_ms: AtomicI64,
 }
 
 impl Plant {
@@ -56,10 +66,14 @@ impl Plant {
             condition: watch::Sender::default(),
             calls: Mutex::default(),
             stored: watch::Sender::default(),
+            failed_at_ms: AtomicI64::new(0),
         };
         line.enter(MachineState::Preoperational);
         line.enter(MachineState::Operational(OperationalState::Initialized));
         line.enter(MachineState::Operational(OperationalState::Ready));
+        line.condition.send_modify(|condition| {
+            (condition.health, condition.devices) = (Some(healthy()), devices());
+        });
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("password"), format!("{PASSWORD}\n")).unwrap();
         Self { folder, line: Arc::new(line), address, running: Vec::new(), door: None }
@@ -170,6 +184,38 @@ pub fn answer(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// All is well; two watches have seen a scan.
+fn healthy() -> StationHealth {
+    let outcome = |watch: &str, state: &str| WatchOutcome {
+        watch: watch.to_owned(),
+        state: state.to_owned(),
+        reason: String::new(),
+        at_ms: SCANNED_AT_MS,
+    };
+    StationHealth {
+        watches: vec![outcome("lost_steps", "quiet"), outcome("wavelength", "blind")],
+        calibration: Some(CalibrationInUse { id: "c".to_owned(), created_at_ms: CALIBRATED_AT_MS }),
+        ..StationHealth::default()
+    }
+}
+
+/// A camera and a stage are connected; the laser is not.
+fn devices() -> Devices {
+    let identity = |model: &str| DeviceIdentity {
+        vendor: "Maker".to_owned(),
+        model: model.to_owned(),
+        serial: "4711".to_owned(),
+        ..DeviceIdentity::unknown("none")
+    };
+    Devices {
+        camera: Some(identity("Eye")),
+        stage: Some(identity("Slide")),
+        frames_lost: Some(3),
+        homed: Some(true),
+        ..Devices::default()
+    }
+}
+
 fn delivery(finished: &Finished) -> Delivery {
     let event = EventRecord {
         seq: finished.inspection.seq,
@@ -207,10 +253,17 @@ impl ScriptedLine {
         job_id
     }
 
-    /// A job fails by a fault, which is acknowledged at once.
+    /// A job fails by a fault, which is acknowledged at once; the stage is out of order until a reset.
     fn fail(&self) -> String {
         self.enter(MachineState::Operational(OperationalState::SingleExecution));
-        self.condition.send_modify(|condition| condition.fault = Some(FAULT.to_owned()));
+        let since_ms = now_ms();
+        self.failed_at_ms.store(since_ms, Ordering::Relaxed);
+        self.condition.send_modify(|condition| {
+            condition.fault = Some(FAULT.to_owned());
+            let message = FAULT.to_owned();
+            let failed = Health { state: HealthState::Failure, message, since_ms: Some(since_ms) };
+            condition.health = Some(StationHealth { stage: failed.clone(), station: failed, ..healthy() });
+        });
         self.enter(MachineState::Error);
         self.enter(MachineState::Preoperational);
         "job-failed".to_owned()
@@ -248,6 +301,7 @@ impl Line for ScriptedLine {
 
     async fn reset(&self, user: &str) -> Result<(), Refusal> {
         self.call(user, "reset");
+        self.condition.send_modify(|condition| condition.health = Some(healthy()));
         self.enter(MachineState::Preoperational);
         Ok(())
     }
