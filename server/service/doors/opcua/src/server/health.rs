@@ -41,11 +41,13 @@ impl ShownHealth {
         let mut changes = Vec::new();
         for Reading { path, known, at_ms } in readings(condition) {
             let before = self.shown.get(&path);
-            if before.is_some_and(|(shown, _)| *shown == known) {
+            let since = before.map_or(i64::MIN, |(_, since)| *since);
+            let newer_ms = at_ms.filter(|at_ms| *at_ms > since);
+            // Another scan may say the same: then the time alone is new.
+            if before.is_some_and(|(shown, _)| *shown == known) && newer_ms.is_none() {
                 continue;
             }
-            let since = before.map_or(i64::MIN, |(_, since)| *since);
-            let at_ms = at_ms.filter(|at_ms| *at_ms > since).unwrap_or_else(|| now_ms().max(since));
+            let at_ms = newer_ms.unwrap_or_else(|| now_ms().max(since));
             changes.push((path.clone(), data_value(&known, at_ms)));
             self.shown.insert(path, (known, at_ms));
         }
