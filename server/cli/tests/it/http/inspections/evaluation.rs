@@ -95,7 +95,11 @@ fn refusals(server: &Server, scan_id: &str, plan: &Value) {
         "/plan/characteristics/0/attributes/K2001",
         "\"height\"",
     );
-    refused(&|plan| plan["characteristics"][0]["measure"]["type"] = json!("weight"), measure, "weight");
+    refused(
+        &|plan| plan["characteristics"][0]["measure"]["type"] = json!("weight"),
+        &format!("{measure}/type"),
+        "weight",
+    );
     refused(&|plan| plan["alignment"] = json!({ "primary": "table" }), "/plan/alignment", "missing field");
     assert_eq!(server.post(&url, &json!({})).expect(422)["pointer"], "/");
     server.post(&url, &json!({ "plan": plan, "store": true })).expect(422);
