@@ -89,6 +89,8 @@ const READING: &[(&str, &[u16])] = &[
     ("get_cloud", &[409, 422, 507]),
     ("get_mesh", &[409, 422, 507]),
     ("get_export", &[409, 422, 507]),
+    // A certificate without its settings.
+    ("get_calibration_report", &[422]),
     ("get_points", &[409]),
     ("get_profile", &[409, 422]),
     ("list_profiles", &[409]),

@@ -44,6 +44,20 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
     }
     assert_eq!(plant.receivers.plc(&["read"])["serial"], "BL-OPC");
 
+    // It reads the health of the station: of the simulated devices, and of the scan that it has started.
+    let health = plant.receivers.opcua(&["health"])["values"].clone();
+    for owner in [".Camera", ".Stage", ".Laser"] {
+        assert_eq!(health[format!("{owner}.Health.DeviceHealth")][0], json!(0), "{owner}: {health:#}");
+        assert_ne!(health[format!("{owner}.Identification.Model")][0], json!(""), "{owner}: {health:#}");
+    }
+    assert_eq!(health[".Health.CalibrationId"][0], stored["calibration_id"], "{health:#}");
+    let watched = plant.server().get("/api/v1/station/watches").expect(200);
+    let newest = watched["readings"].as_array().unwrap().iter().max_by_key(|scan| scan["at_ms"].as_i64()).unwrap();
+    for (path, watch) in [(".Stage.Health.LostSteps", "lost_steps"), (".Laser.Health.Wavelength", "wavelength")] {
+        let of = newest["verdicts"].as_array().unwrap().iter().find(|verdict| verdict["watch"] == watch).unwrap();
+        assert_eq!((&health[path][0], &health[path][2]), (&of["state"], &newest["at_ms"]), "{path}: {newest:#}");
+    }
+
     // An MQTT client starts a part, once however often it asks.
     let command = json!({ "id": "order-5", "command": "inspect", "recipe": "block", "serial": "BL-MQTT" });
     let [accepted, repeated] = [plant.receivers.mqtt(&command), plant.receivers.mqtt(&command)];
