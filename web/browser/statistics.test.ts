@@ -103,7 +103,7 @@ test("statistics lead to the gauge R&R study of the characteristic, which has th
   const form = page.getByRole("region", { name: "New study" });
   await form.getByText("Enter a name.").waitFor();
   expect(await form.getByLabel("Kind").inputValue()).toBe("gauge_rr");
-  await form.locator("option[value=height]").waitFor({ state: "attached" });
+  await form.locator("option", { hasText: "height" }).waitFor({ state: "attached" });
   expect(await form.getByLabel("Characteristic").inputValue()).toBe("height");
   await form.getByLabel("Name").fill("Another");
   await form.getByLabel(/^Serial numbers/).fill("P-1, P-2");
