@@ -54,13 +54,13 @@ pub enum Place {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CertificateError {
     /// Entries are missing.
-    #[error("a certificate states {}, which nobody has set", .entries.join(", "))]
+    #[error("settings that a certificate requires are missing: {}", .entries.join(", "))]
     Missing {
         /// The settings.
         entries: Vec<String>,
     },
     /// A country is no code.
-    #[error("\"{found}\" is not the code of a country")]
+    #[error("{entry} is \"{found}\", which is not a country code")]
     NoCountry {
         /// The setting.
         entry: String,
