@@ -125,18 +125,17 @@ pub fn label_frames(
         let are_certain = triangulator.calibration().orders.len() > 1;
         return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
-    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
+    let with_widths = frames.n_frames() > 1;
+    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, with_widths };
     let mut widths = None;
     if frames.n_frames() > 1 {
-        let (whole, evidence, _) = gather_evidence(frames, motions, &travel, &view, (pieces, None))?;
-        let (of_pieces, _) = solve::inference::best_labels(&evidence);
-        let orders = &triangulator.calibration().orders;
-        widths = Some(gather::widths::learned(&whole.samples, &of_pieces, orders, depth_range_mm));
-        let sections = sections::sections(&whole.pieces);
+        let gather = |pieces, widths| gather_evidence(frames, motions, &travel, &view, (pieces, widths));
+        let (whole, of_pieces, learned) = whole_pieces(gather(pieces, None)?, &view);
+        let sections = sections::sections(&whole);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (features, evidence, _) =
-            gather_evidence(frames, motions, &travel, &view, (sections, widths.as_ref()))?;
+        let (features, evidence, _) = gather(sections, Some(&learned))?;
         pieces = sections::merged(&features.pieces, &solve::inference::best_labels_from(&evidence, start));
+        widths = Some(learned);
     }
     let (features, evidence, partners) =
         gather_evidence(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
@@ -222,6 +221,17 @@ fn lengths_pitches(samples: &Samples, pieces: &[Piece], strips: &[usize]) -> Vec
         lengths[strips[idx]] = lengths[strips[idx]].max(piece.n_points() as f64 / pitch);
     }
     lengths
+}
+
+/// The pieces with their labels by the first evidence, and the widths of lines under these labels.
+fn whole_pieces(
+    (features, evidence, _): Gathered,
+    view: &gather::hypotheses::View,
+) -> (Vec<Piece>, Vec<usize>, LineWidths) {
+    let (labels, _) = solve::inference::best_labels(&evidence);
+    let orders = &view.triangulator.calibration().orders;
+    let widths = gather::widths::learned(&features.samples, &labels, orders, view.depth_range_mm);
+    (features.pieces, labels, widths)
 }
 
 /// Evidence with the sizes of the pieces and the costs of depths outside the range.

@@ -120,8 +120,9 @@ impl Profile {
                 self.labels[piece.segment] = Some(orders[idx]);
             }
         }
-        // Sorting pieces first leaves the points nearly sorted.
         kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
+        let overlap = |pair: &[(&Piece, usize)]| pair[0].1 == pair[1].1 && pair[0].0.end_along() > pair[1].0.along;
+        let is_sorted = !kept.windows(2).any(overlap);
         self.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
         for (piece, idx) in kept {
             piece_hits.triangulate(piece.points(lines), idx, triangulator);
@@ -130,8 +131,10 @@ impl Profile {
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
-        self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+        if !is_sorted {
+            let along = |point: &ProfilePoint| labels.along_across(point.order, &point.centreline).0;
+            self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+        }
     }
 
     /// Adds the points within the depth range; counts the others.

@@ -4,7 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
-use super::evidence::Evidence;
+use super::evidence::{Evidence, Observation, quantised};
 use super::hypotheses::{Hypothesis, Samples};
 use super::patches::{PatchGrid, ViewPoint};
 use super::reference_view::ReferenceView;
@@ -39,7 +39,7 @@ struct Patch {
     gradient: Vector2<f64>,
     sigma_mm: f64,
     piece: u32,
-    label: u32,
+    label: u8,
     /// Rank of its frame along the travel.
     place: u32,
     /// Whether the surface continues smoothly on all four sides; otherwise it is not evidence against a
@@ -48,7 +48,7 @@ struct Patch {
 }
 
 /// A term of a label with another piece: (label, other piece, its label, weight).
-type PairwiseTerm = (u32, u32, u32, f64);
+type PairwiseTerm = (u8, u32, u8, f64);
 
 /// Adds agreements and contradictions between all hypotheses of different orders.
 pub fn add_repeated_observations(evidence: &mut Evidence, scene: &Scene) {
@@ -64,18 +64,21 @@ pub fn add_repeated_observations(evidence: &mut Evidence, scene: &Scene) {
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
     let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
-    let terms: Vec<Vec<PairwiseTerm>> = (0..scene.pieces.len())
+    let observed: Vec<Vec<Observation>> = (0..scene.pieces.len())
         .into_par_iter()
-        .map(|piece| scene.pairwise_terms(piece, &patches, &grid))
+        .map_init(Vec::new, |terms, piece| {
+            scene.pairwise_terms(piece, &patches, &grid, terms);
+            let observation = |&(own_label, piece, label, weight): &PairwiseTerm| Observation {
+                piece,
+                weight: quantised(weight / density),
+                own_label,
+                label,
+            };
+            terms.iter().map(observation).collect()
+        })
         .collect();
-    for (piece, terms) in terms.into_iter().enumerate() {
-        for (label, other, other_label, weight) in terms {
-            evidence.add_pairwise(
-                (piece, label as usize),
-                (other as usize, other_label as usize),
-                weight / density,
-            );
-        }
+    for (piece, observations) in observed.into_iter().enumerate() {
+        evidence.set_observations(piece, observations);
     }
 }
 
@@ -127,7 +130,7 @@ impl Scene<'_> {
                 gradient,
                 sigma_mm: hypothesis.sigma_mm,
                 piece: sample.piece as u32,
-                label: label as u32,
+                label: label as u8,
                 place: self.place(sample.piece) as u32,
                 interior,
             })
@@ -135,10 +138,10 @@ impl Scene<'_> {
         (0..self.samples.by_order(idx).len()).filter_map(patch).collect()
     }
 
-    /// The pairwise terms of one piece with all patches, merged and sorted.
-    fn pairwise_terms(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<PairwiseTerm> {
+    /// Replaces `terms` by the pairwise terms of one piece with all patches, merged and sorted.
+    fn pairwise_terms(&self, piece: usize, patches: &[Patch], grid: &PatchGrid, terms: &mut Vec<PairwiseTerm>) {
         let share = crate::label::sample_weight(&self.pieces[piece]);
-        let mut terms: Vec<PairwiseTerm> = Vec::new();
+        terms.clear();
         for sample in self.samples.range(piece) {
             for (label, hypothesis) in self.samples.by_order(sample).iter().enumerate() {
                 let Some(hypothesis) = hypothesis else { continue };
@@ -147,7 +150,7 @@ impl Scene<'_> {
                         let patch = &patches[idx];
                         let agreement_score = self.agreement_score(piece, label, hypothesis, &view, patch, grid);
                         if agreement_score != 0.0 {
-                            terms.push((label as u32, patch.piece, patch.label, agreement_score * share));
+                            terms.push((label as u8, patch.piece, patch.label, agreement_score * share));
                         }
                     });
                 }
@@ -161,7 +164,6 @@ impl Scene<'_> {
             }
             is_same
         });
-        terms
     }
 
     /// In (0, 1]: the patch agrees; 0: no evidence; −1: it contradicts.
@@ -175,7 +177,7 @@ impl Scene<'_> {
         grid: &PatchGrid,
     ) -> f64 {
         let frames_apart = self.place(piece).abs_diff(patch.place as usize);
-        let same_order = patch.label as usize == label;
+        let same_order = usize::from(patch.label) == label;
         if frames_apart == 0
             || same_order && frames_apart < SAME_ORDER_MIN_FRAMES * self.reference_view.frame_stride()
         {

@@ -10,10 +10,35 @@ pub struct Evidence {
     pub sizes: Vec<f64>,
     /// Per piece and label: the unary term.
     pub unary: Vec<f64>,
-    /// Per piece and label: the pairwise terms with other pieces' labels.
-    pub pairs: Vec<Vec<Pair>>,
+    /// Per piece: bonds to other pieces.
+    pub bonds: Vec<Vec<Bond>>,
+    /// Per piece: its repeated observations, sorted by its own label.
+    observations: Vec<Vec<Observation>>,
     /// Per piece: the other lines of its frame and on which side they lie.
     pub ranks: Vec<Vec<Rank>>,
+}
+
+/// Continuity: the same line in a neighbouring frame, or beyond a gap or kink.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bond {
+    /// The other piece.
+    pub piece: u32,
+    /// Weight if both have the same label, "none" included.
+    pub weight: f32,
+}
+
+/// Another order, or the same order in a distant frame, at the same position on the part. There are dozens per sample,
+/// so the entry is small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// The other piece.
+    pub piece: u32,
+    /// Weight if both labels are assigned: positive if the surfaces agree, negative if they contradict each other.
+    pub weight: f32,
+    /// Label of this piece; never "none".
+    pub own_label: u8,
+    /// Label of the other piece; never "none".
+    pub label: u8,
 }
 
 /// Another line of the same frame: if it lies above, its order must be lower, and vice versa.
@@ -38,28 +63,6 @@ pub fn wrong_labels(is_above: bool, label: usize, none: usize) -> std::ops::Rang
     }
 }
 
-/// A pairwise term with the label of another piece.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
-    /// The other piece.
-    pub piece: u32,
-    /// The other piece's label.
-    pub label: u32,
-    /// Weight if both labels are assigned.
-    pub weight: f32,
-    /// Its source.
-    pub kind: PairKind,
-}
-
-/// Source of a pairwise weight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PairKind {
-    /// Another order, or the same order in a distant frame, at the same position on the part.
-    RepeatedObservation,
-    /// Continuity: the same line in a neighbouring frame, or beyond a gap or kink.
-    Bond,
-}
-
 /// Weights are multiples of this, a millionth of a sample: sums of them in double precision are exact up to 2³²
 /// samples, so that they do not depend on the summation order, and subtracting a weight restores the previous sum.
 const WEIGHT_GRID: f64 = 1.0 / (1 << 20) as f64;
@@ -78,9 +81,10 @@ impl Evidence {
         for (piece, size) in sizes.iter().enumerate() {
             unary[piece * n_labels + n_orders] = -unlabelled_cost * size;
         }
-        let pairs = vec![Vec::new(); sizes.len() * n_labels];
+        let bonds = vec![Vec::new(); sizes.len()];
+        let observations = vec![Vec::new(); sizes.len()];
         let ranks = vec![Vec::new(); sizes.len()];
-        Self { n_labels, sizes, unary, pairs, ranks }
+        Self { n_labels, sizes, unary, bonds, observations, ranks }
     }
 
     /// The label "none".
@@ -105,36 +109,45 @@ impl Evidence {
         self.ranks[lower].push(Rank { piece: upper as u32, is_above: true, cost });
     }
 
-    /// Adds a weight to the label of one piece given the label of another; the other piece adds its own term.
-    pub fn add_pairwise(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
-        self.add_directed(to, from, weight, PairKind::RepeatedObservation);
-    }
-
     /// Adds a weight for two pieces with equal labels, "none" included.
     pub fn add_bond(&mut self, piece_a: usize, piece_b: usize, weight: f64) {
-        for label in 0..self.n_labels {
-            self.add_directed((piece_a, label), (piece_b, label), weight, PairKind::Bond);
-            self.add_directed((piece_b, label), (piece_a, label), weight, PairKind::Bond);
-        }
+        let weight = quantised(weight);
+        self.bonds[piece_a].push(Bond { piece: piece_b as u32, weight });
+        self.bonds[piece_b].push(Bond { piece: piece_a as u32, weight });
     }
 
-    fn add_directed(
-        &mut self,
-        (piece, label): (usize, usize),
-        (other, other_label): (usize, usize),
-        weight: f64,
-        kind: PairKind,
-    ) {
-        let pair = Pair { piece: other as u32, label: other_label as u32, weight: quantised(weight), kind };
-        self.pairs[piece * self.n_labels + label].push(pair);
+    /// Sets the repeated observations of a piece, which add to its own score alone: the other pieces have their own.
+    pub fn set_observations(&mut self, piece: usize, mut observations: Vec<Observation>) {
+        observations.sort_by_key(|observation| observation.own_label);
+        self.observations[piece] = observations;
+    }
+
+    /// The repeated observations of a piece under all of its labels.
+    pub fn observations(&self, piece: usize) -> &[Observation] {
+        &self.observations[piece]
+    }
+
+    /// The repeated observations of a piece under one label.
+    pub fn observations_under(&self, piece: usize, label: usize) -> &[Observation] {
+        let all = &self.observations[piece][..];
+        let first = all.partition_point(|observation| usize::from(observation.own_label) < label);
+        let n = all[first..].partition_point(|observation| usize::from(observation.own_label) == label);
+        &all[first..first + n]
     }
 
     /// Score of every label of `piece` per sample, given the marginals of all labels.
     pub fn scores(&self, piece: usize, marginals: &[f64], scores: &mut [f64]) {
         let n = self.n_labels;
-        for (label, score) in scores.iter_mut().enumerate() {
-            let pairs = self.pairs[piece * n + label].iter();
-            *score = pairs.map(|p| f64::from(p.weight) * marginals[p.piece as usize * n + p.label as usize]).sum();
+        scores.fill(0.0);
+        for bond in &self.bonds[piece] {
+            let theirs = &marginals[bond.piece as usize * n..][..n];
+            for (score, marginal) in scores.iter_mut().zip(theirs) {
+                *score += f64::from(bond.weight) * marginal;
+            }
+        }
+        for seen in self.observations(piece) {
+            let theirs = marginals[seen.piece as usize * n + usize::from(seen.label)];
+            scores[usize::from(seen.own_label)] += f64::from(seen.weight) * theirs;
         }
         for rank in &self.ranks[piece] {
             let theirs = &marginals[rank.piece as usize * n..][..n - 1];
@@ -160,46 +173,55 @@ impl Evidence {
     /// Score of every label of `piece` per sample, given the labels of all pieces: as [`Evidence::score`], for all
     /// labels at once.
     pub fn scores_given(&self, piece: usize, labels: &[usize], scores: &mut Vec<f64>) {
+        self.fill_scores(piece, labels, &self.bonds[piece], scores);
+    }
+
+    /// [`Evidence::scores_given`] without continuity.
+    pub fn scores_without_bonds(&self, piece: usize, labels: &[usize], scores: &mut Vec<f64>) {
+        self.fill_scores(piece, labels, &[], scores);
+    }
+
+    fn fill_scores(&self, piece: usize, labels: &[usize], bonds: &[Bond], scores: &mut Vec<f64>) {
         let n = self.n_labels;
         scores.clear();
         scores.resize(n, 0.0);
-        // Additional labels in the wrong order, compared with the label before.
+        // Costs of additional labels in the wrong order, compared with the label before, then their running sum.
         for rank in &self.ranks[piece] {
             let theirs = labels[rank.piece as usize];
             // For a line above, labels up to its own are wrong; for one below, its own and those after it.
             let wrong = wrong_labels(!rank.is_above, theirs, self.none());
             if !wrong.is_empty() {
-                scores[wrong.start] += f64::from(rank.cost);
-                scores[wrong.end] -= f64::from(rank.cost);
+                scores[wrong.start] -= f64::from(rank.cost);
+                scores[wrong.end] += f64::from(rank.cost);
             }
         }
-        let mut wrong = 0.0;
-        for (label, score) in scores.iter_mut().enumerate() {
-            wrong += *score;
-            let slot = piece * n + label;
-            let agrees = |pair: &&Pair| labels[pair.piece as usize] == pair.label as usize;
-            let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
-            *score = (self.unary[slot] + sum - wrong) / self.sizes[piece];
+        for label in 1..n {
+            scores[label] += scores[label - 1];
+        }
+        for bond in bonds {
+            scores[labels[bond.piece as usize]] += f64::from(bond.weight);
+        }
+        for seen in self.observations(piece) {
+            if labels[seen.piece as usize] == usize::from(seen.label) {
+                scores[usize::from(seen.own_label)] += f64::from(seen.weight);
+            }
+        }
+        for (score, unary) in scores.iter_mut().zip(&self.unary[piece * n..]) {
+            *score = (unary + *score) / self.sizes[piece];
         }
     }
 
     /// Score of `label` of `piece` per sample, given the labels of all pieces.
     pub fn score(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        self.score_of(piece, label, labels, |_| true)
-    }
-
-    /// [`Evidence::score`] without continuity.
-    pub fn score_without_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        self.score_of(piece, label, labels, |kind| kind != PairKind::Bond)
-    }
-
-    fn score_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(PairKind) -> bool) -> f64 {
-        let slot = piece * self.n_labels + label;
-        let agrees = |pair: &&Pair| counts(pair.kind) && labels[pair.piece as usize] == pair.label as usize;
-        let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
+        let bonds = self.bonds[piece].iter().filter(|bond| labels[bond.piece as usize] == label);
+        let seen = self.observations_under(piece, label).iter();
+        let agreeing = seen.filter(|seen| labels[seen.piece as usize] == usize::from(seen.label));
         let is_wrong =
             |rank: &&Rank| wrong_labels(rank.is_above, label, self.none()).contains(&labels[rank.piece as usize]);
-        let wrong: f64 = self.ranks[piece].iter().filter(is_wrong).map(|rank| f64::from(rank.cost)).sum();
-        (self.unary[slot] + sum - wrong) / self.sizes[piece]
+        let wrong = self.ranks[piece].iter().filter(is_wrong);
+        let sum = bonds.map(|bond| f64::from(bond.weight)).sum::<f64>()
+            + agreeing.map(|seen| f64::from(seen.weight)).sum::<f64>()
+            - wrong.map(|rank| f64::from(rank.cost)).sum::<f64>();
+        (self.unary[piece * self.n_labels + label] + sum) / self.sizes[piece]
     }
 }

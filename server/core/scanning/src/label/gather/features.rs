@@ -106,7 +106,7 @@ impl OneFrameFeatures {
         let follows = |idx: usize| {
             idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, width_px, view.direction)
         };
-        let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
+        let columns = Columns::new(pieces, frame, lines, view.direction);
         Self {
             shared_columns: shared_columns(&samples.all, &columns),
             ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),

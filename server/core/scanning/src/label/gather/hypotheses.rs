@@ -31,7 +31,8 @@ pub struct Sample {
     pub across_px: f64,
     /// Distance to the neighbouring order's line in the image at this depth, px.
     pub pitch_px: f64,
-    /// ln of the line's full width at half height, px: the median of its surroundings.
+    /// ln of the line's full width at half height, px: the median of its surroundings. NaN in a single frame, in which
+    /// widths are no evidence.
     pub log_width: f64,
 }
 
@@ -95,6 +96,8 @@ pub struct View<'a> {
     pub depth_range_mm: DepthRangeMm,
     /// Direction of the lines.
     pub direction: LineDirection,
+    /// Whether the widths of lines are evidence.
+    pub with_widths: bool,
 }
 
 impl View<'_> {
@@ -114,7 +117,10 @@ impl View<'_> {
             for (along, point) in piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?)))
             {
                 let across_px = point.along_across(self.direction).1;
-                let log_width = log_width(piece.points(lines), (along - piece.along) as usize, &mut near);
+                let log_width = match self.with_widths {
+                    true => log_width(piece.points(lines), (along - piece.along) as usize, &mut near),
+                    false => f64::NAN,
+                };
                 let piece = first_piece + idx;
                 samples.all.push(Sample { piece, along, across_px, pitch_px: f64::INFINITY, log_width });
                 points.push(point);

@@ -7,7 +7,7 @@ use vision::{Centrelines, LineDirection};
 use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use crate::error::ScanError;
-use crate::input::frames::{Frames, lines_of};
+use crate::input::frames::{Frames, in_order, lines_of};
 use crate::input::line_step::largest_step_px;
 use crate::label::columns::{Columns, pieces_of};
 use crate::label::pieces::{Piece, cut_trim};
@@ -37,29 +37,51 @@ pub fn add_tracks(
     travel_order: &[usize],
 ) -> Result<Partners, ScanError> {
     let mut partners = Partners { next: vec![None; samples.all.len()], previous: vec![None; samples.all.len()] };
-    let mut bonds: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-    let mut before = travel_order.first().map(|&frame| lines_of(frames, frame)).transpose()?;
-    for pair in travel_order.windows(2) {
-        let (Some(behind), ahead) = (before.take(), lines_of(frames, pair[1])?) else { break };
-        let columns = |frame: usize, lines| Columns { pieces, own: pieces_of(pieces, frame), lines, direction };
-        let (here, there) = (columns(pair[0], &*behind), columns(pair[1], &*ahead));
-        for (here, there, side) in [(&here, &there, &mut partners.next), (&there, &here, &mut partners.previous)] {
+    let of_pair = |place: usize| -> Result<FollowedLines, ScanError> {
+        let [here, there] = [travel_order[place], travel_order[place + 1]];
+        let (behind, ahead) = (lines_of(frames, here)?, lines_of(frames, there)?);
+        let columns =
+            [(here, &behind), (there, &ahead)].map(|(frame, lines)| Columns::new(pieces, frame, lines, direction));
+        Ok(FollowedLines::new(samples, &columns[0], &columns[1]))
+    };
+    in_order(travel_order.len().saturating_sub(1), of_pair, |followed| {
+        followed.next.into_iter().for_each(|(idx, partner)| partners.next[idx] = partner);
+        followed.previous.into_iter().for_each(|(idx, partner)| partners.previous[idx] = partner);
+        followed.bonds.into_iter().for_each(|((a, b), weight)| evidence.add_bond(a, b, weight));
+        Ok(())
+    })?;
+    Ok(partners)
+}
+
+/// The lines that were followed between two frames that are neighbours along the travel.
+#[derive(Default)]
+struct FollowedLines {
+    /// Samples of the first frame with their partners in the second.
+    next: Vec<(usize, Option<usize>)>,
+    /// Samples of the second frame with their partners in the first.
+    previous: Vec<(usize, Option<usize>)>,
+    /// Weights of the bonds between their pieces.
+    bonds: BTreeMap<(usize, usize), f64>,
+}
+
+impl FollowedLines {
+    fn new(samples: &Samples, first: &Columns, second: &Columns) -> Self {
+        let mut followed_lines = Self::default();
+        let Self { next, previous, bonds } = &mut followed_lines;
+        for (here, there, partners) in [(first, second, next), (second, first, previous)] {
+            let pieces = here.pieces;
             for piece in here.own.clone() {
                 for idx in samples.range(piece) {
                     let Some((other, closeness)) = followed(&samples.all[idx], here, there) else { continue };
-                    side[idx] = samples.at(other, &pieces[other], samples.all[idx].along);
+                    partners.push((idx, samples.at(other, &pieces[other], samples.all[idx].along)));
                     // Each side of the bond contributes half.
                     let weight = 0.5 * TRACK_WEIGHT * closeness * crate::label::sample_weight(&pieces[piece]);
                     *bonds.entry((piece.min(other), piece.max(other))).or_default() += weight;
                 }
             }
         }
-        before = Some(ahead);
+        followed_lines
     }
-    for ((a, b), weight) in bonds {
-        evidence.add_bond(a, b, weight);
-    }
-    Ok(partners)
 }
 
 /// The piece that continues the line of `sample` in frame `there`, and its closeness (1 … 0 at the gate).
@@ -73,33 +95,78 @@ fn followed(sample: &Sample, here: &Columns, there: &Columns) -> Option<(usize, 
 
 /// Adds bonds between pieces of one frame that continue one another across a gap.
 pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], ends: &[(End, End)]) {
-    let mut first = 0;
-    while first < pieces.len() {
-        let end = first + pieces[first..].iter().take_while(|piece| piece.frame == pieces[first].frame).count();
-        let pitch = |left: usize| samples.of_piece(left).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
-        let strength =
-            |left: usize, right: usize| continuation(&ends[left].1, &ends[right].0, pitch(left)).unwrap_or(0.0);
-        for left in first..end {
+    for of_frame in pieces.chunk_by(|a, b| a.frame == b.frame) {
+        let own = pieces_of(pieces, of_frame[0].frame);
+        let lines = FrameEnds::new(own.clone(), samples, ends);
+        for left in own {
             // A line is continued only by its next piece, however many follow: support for a label must not grow with
             // the number of pieces into which a line was cut.
-            let Some((right, best)) = strongest(first..end, |right| strength(left, right)) else { continue };
-            if strongest(first..end, |other| strength(other, right)).is_some_and(|(back, _)| back == left) {
+            let Some((right, best)) = lines.next(left) else { continue };
+            if lines.previous(right) == Some(left) {
                 let smaller = evidence.sizes[left].min(evidence.sizes[right]);
                 let weight = if pieces[right].continues { SECTION_WEIGHT } else { CONTINUATION_WEIGHT };
                 evidence.add_bond(left, right, best * weight * smaller.min(1.0));
             }
         }
-        first = end;
     }
 }
 
-/// The piece with the largest strength above zero, the first of equals.
-fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
-    let strengths = pieces.map(|piece| (piece, strength(piece))).filter(|(_, strength)| *strength > 0.0);
-    strengths.fold(None, |best, next| match best {
-        Some((_, strength)) if strength >= next.1 => best,
-        _ => Some(next),
-    })
+/// The ends of the pieces of one frame, sorted, so that only those near a gap are compared.
+struct FrameEnds<'a> {
+    ends: &'a [(End, End)],
+    /// First piece of the frame.
+    first: usize,
+    /// Line pitch of each piece, px.
+    pitches_px: Vec<f64>,
+    widest_pitch_px: f64,
+    /// Pieces by the position where they start, and by that where they end.
+    by_start: Vec<usize>,
+    by_end: Vec<usize>,
+}
+
+impl<'a> FrameEnds<'a> {
+    fn new(own: std::ops::Range<usize>, samples: &Samples, ends: &'a [(End, End)]) -> Self {
+        let pitch = |piece: usize| samples.of_piece(piece).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
+        let pitches_px: Vec<f64> = own.clone().map(pitch).collect();
+        let [mut by_start, mut by_end]: [Vec<usize>; 2] = [own.clone().collect(), own.clone().collect()];
+        by_start.sort_by(|&a, &b| ends[a].0.along.total_cmp(&ends[b].0.along));
+        by_end.sort_by(|&a, &b| ends[a].1.along.total_cmp(&ends[b].1.along));
+        let widest_pitch_px = pitches_px.iter().copied().fold(0.0, f64::max);
+        Self { ends, first: own.start, pitches_px, widest_pitch_px, by_start, by_end }
+    }
+
+    fn strength(&self, left: usize, right: usize) -> Option<f64> {
+        continuation(&self.ends[left].1, &self.ends[right].0, self.pitches_px[left - self.first])
+    }
+
+    /// The piece that continues `left` best, and how well: the one across the shortest gap.
+    fn next(&self, left: usize) -> Option<(usize, f64)> {
+        let end = self.ends[left].1.along;
+        let pitch_px = self.pitches_px[left - self.first];
+        let beyond = self.by_start.partition_point(|&right| self.ends[right].0.along <= end);
+        let near =
+            self.by_start[beyond..].iter().take_while(|&&right| is_gap(self.ends[right].0.along - end, pitch_px));
+        near.copied().find_map(|right| Some((right, self.strength(left, right)?)))
+    }
+
+    /// The piece that `right` continues best: gaps count in line pitches, which vary, so that it need not be the one
+    /// across the shortest gap. The first of equals.
+    fn previous(&self, right: usize) -> Option<usize> {
+        let start = self.ends[right].0.along;
+        let before = self.by_end.partition_point(|&left| self.ends[left].1.along < start);
+        let mut best: Option<(usize, f64)> = None;
+        for &left in self.by_end[..before].iter().rev() {
+            let most = strength_of_gap(start - self.ends[left].1.along, self.widest_pitch_px);
+            if best.is_some_and(|(_, strength)| most < strength) {
+                break;
+            }
+            let Some(strength) = self.strength(left, right) else { continue };
+            if best.is_none_or(|(other, most)| strength > most || strength == most && left < other) {
+                best = Some((left, strength));
+            }
+        }
+        best.map(|(left, _)| left)
+    }
 }
 
 /// Adds bonds between pieces that were cut at a kink, since usually it is one line that bends. `joined`: per
@@ -179,5 +246,10 @@ fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
     let miss_left = (right.across - right.slope * gap - left.across).abs();
     let near = miss_right.max(miss_left) <= CONTINUATION_GATE_PITCHES * pitch_px;
     let long_enough = gap <= 2.0 || (reaches(left) && reaches(right)) || gap <= 0.25 * pitch_px;
-    (near && long_enough).then(|| 1.0 / (1.0 + gap / pitch_px))
+    (near && long_enough).then(|| strength_of_gap(gap, pitch_px))
+}
+
+/// Strength of a continuation across a gap.
+fn strength_of_gap(gap: f64, pitch_px: f64) -> f64 {
+    1.0 / (1.0 + gap / pitch_px)
 }

@@ -36,7 +36,7 @@ pub fn label_outcomes(
         shift_together(evidence, &mut labels);
     }
     let doubtful_by_strip = doubtful_by_strip(&labels);
-    let mut scores = Vec::new();
+    let (mut scores, mut without_bonds) = (Vec::new(), Vec::new());
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
             if labels[piece] == evidence.none() {
@@ -44,16 +44,16 @@ pub fn label_outcomes(
             }
             evidence.scores_given(piece, &labels, &mut scores);
             let unconfirmed = confirmation.is_some_and(|least| scores[labels[piece]] < least);
-            let without_bonds: Vec<f64> =
-                (0..evidence.none()).map(|label| evidence.score_without_bonds(piece, label, &labels)).collect();
+            evidence.scores_without_bonds(piece, &labels, &mut without_bonds);
+            let without_bonds = &without_bonds[..evidence.none()];
             let label = labels[piece];
             doubtful_groups[piece]
                 || doubtful_by_strip[piece]
                 || unconfirmed
                 || margin(&scores[..evidence.none()], label) < LABEL_MARGIN
-                || margin(&without_bonds, label) < -OVERRULED_MARGIN
+                || margin(without_bonds, label) < -OVERRULED_MARGIN
                 || confirmation.is_some()
-                    && margin(&without_bonds, label) < OVERRULED_MARGIN
+                    && margin(without_bonds, label) < OVERRULED_MARGIN
                     && scores[label] < CONTINUITY_ALONE
         })
         .collect();
@@ -224,10 +224,13 @@ fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
         if labels[piece] == evidence.none() {
             continue;
         }
-        for pair in &evidence.pairs[piece * evidence.n_labels + labels[piece]] {
-            let other = pair.piece as usize;
-            if pair.weight > 0.0 && labels[other] == pair.label as usize {
-                unions.join(piece, other);
+        let bonds = evidence.bonds[piece].iter().map(|bond| (bond.piece, labels[piece], bond.weight));
+        let seen = evidence.observations_under(piece, labels[piece]).iter();
+        for (other, label, weight) in
+            bonds.chain(seen.map(|seen| (seen.piece, usize::from(seen.label), seen.weight)))
+        {
+            if weight > 0.0 && labels[other as usize] == label {
+                unions.join(piece, other as usize);
             }
         }
     }

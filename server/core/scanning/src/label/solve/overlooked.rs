@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::inference::iterate_conditional_modes;
-use crate::label::gather::evidence::{Evidence, PairKind};
+use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{OVERLOOKED_PER_SAMPLE, OVERLOOKED_ROUNDS};
 
@@ -33,10 +33,8 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     let n = evidence.n_labels;
     let is_other = |piece: usize, label: usize| label != labels[piece] && label != evidence.none();
     let agreement = |slot: usize| -> f64 {
-        let agreements = evidence.pairs[slot]
-            .iter()
-            .filter(|pair| pair.kind == PairKind::RepeatedObservation && pair.weight > 0.0);
-        agreements.map(|pair| f64::from(pair.weight)).sum()
+        let seen = evidence.observations_under(slot / n, slot % n).iter();
+        seen.map(|seen| f64::from(seen.weight.max(0.0))).sum()
     };
     let is_observed = |slot: usize| {
         let (piece, label) = (slot / n, slot % n);
@@ -45,8 +43,11 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     let observed: Vec<bool> = (0..labels.len() * n).map(is_observed).collect();
     let mut unions = UnionFind::new(observed.len());
     for slot in (0..observed.len()).filter(|&slot| observed[slot]) {
-        for pair in evidence.pairs[slot].iter().filter(|pair| pair.weight > 0.0) {
-            let other = pair.piece as usize * n + pair.label as usize;
+        let bonds = evidence.bonds[slot / n].iter().map(|bond| (bond.piece, slot % n, bond.weight));
+        let seen = evidence.observations_under(slot / n, slot % n).iter();
+        let seen = seen.map(|seen| (seen.piece, usize::from(seen.label), seen.weight));
+        for (piece, label, _) in bonds.chain(seen).filter(|(.., weight)| *weight > 0.0) {
+            let other = piece as usize * n + label;
             if observed[other] {
                 unions.join(slot, other);
             }
@@ -90,7 +91,8 @@ fn adopt_if_better(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usi
 
 /// All pieces whose score depends on a piece's label.
 fn neighbours(evidence: &Evidence, piece: usize) -> impl Iterator<Item = usize> {
-    let n = evidence.n_labels;
-    let pairs = evidence.pairs[piece * n..(piece + 1) * n].iter().flatten().map(|pair| pair.piece as usize);
-    pairs.chain(evidence.ranks[piece].iter().map(|rank| rank.piece as usize))
+    let bonds = evidence.bonds[piece].iter().map(|bond| bond.piece);
+    let seen = evidence.observations(piece).iter().map(|seen| seen.piece);
+    let ranks = evidence.ranks[piece].iter().map(|rank| rank.piece);
+    bonds.chain(seen).chain(ranks).map(|piece| piece as usize)
 }

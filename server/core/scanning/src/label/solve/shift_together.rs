@@ -5,7 +5,7 @@
 
 use super::inference::{all_pieces, iterate_conditional_modes, total_score};
 use super::shifts::{Change, Costs};
-use crate::label::gather::evidence::{Evidence, PairKind, wrong_labels};
+use crate::label::gather::evidence::{Evidence, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
 
 /// Shifts the best set of pieces by one order until nothing improves.
@@ -52,9 +52,9 @@ fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
     for piece in (0..labels.len()).filter(|&piece| labels[piece] != none) {
         let [label, shifted] = states(piece);
         costs.add_own(piece, [label, none, shifted].map(|label| -evidence.unary[piece * n + label]));
-        for pair in evidence.pairs[piece * n + none].iter().filter(|pair| labels[pair.piece as usize] == none) {
+        for bond in evidence.bonds[piece].iter().filter(|bond| labels[bond.piece as usize] == none) {
             // Both halves of the cost: it does not depend on the other piece.
-            costs.add_own(piece, [0.0, -2.0 * f64::from(pair.weight), 0.0]);
+            costs.add_own(piece, [0.0, -2.0 * f64::from(bond.weight), 0.0]);
         }
         let mut add = |state: usize, other: usize, is_theirs: &dyn Fn(usize) -> bool, cost: f64| {
             for (other_state, _) in states(other).into_iter().enumerate().filter(|(_, label)| is_theirs(*label)) {
@@ -66,15 +66,18 @@ fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
             }
         };
         for (state, label) in states(piece).into_iter().enumerate().filter(|(_, label)| *label != none) {
-            let others =
-                evidence.pairs[piece * n + label].iter().filter(|pair| labels[pair.piece as usize] != none);
-            for pair in others {
-                let (other, weight) = (pair.piece as usize, f64::from(pair.weight));
-                if pair.kind == PairKind::RepeatedObservation || labels[other] != labels[piece] {
-                    add(state, other, &|theirs| theirs == pair.label as usize, -weight);
+            for bond in evidence.bonds[piece].iter().filter(|bond| labels[bond.piece as usize] != none) {
+                let (other, weight) = (bond.piece as usize, f64::from(bond.weight));
+                if labels[other] != labels[piece] {
+                    add(state, other, &|theirs| theirs == label, -weight);
                 } else if state == 0 {
                     costs.add_bond(piece, other, weight);
                 }
+            }
+            let seen = evidence.observations_under(piece, label).iter();
+            for seen in seen.filter(|seen| labels[seen.piece as usize] != none) {
+                let theirs = usize::from(seen.label);
+                add(state, seen.piece as usize, &|label| label == theirs, -f64::from(seen.weight));
             }
             for rank in evidence.ranks[piece].iter().filter(|rank| labels[rank.piece as usize] != none) {
                 let wrong = wrong_labels(rank.is_above, label, none);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::shifts::{Costs, Shifts};
-use crate::label::gather::evidence::{Evidence, PairKind, wrong_labels};
+use crate::label::gather::evidence::{Evidence, wrong_labels};
 use crate::params::{PIECES_PER_TASK, REPEATED_OBSERVATION_SAMPLES, REPEATED_OBSERVATIONS_PER_SAMPLE};
 use crate::threads::for_each_chunk;
 
@@ -59,26 +59,23 @@ impl StripGraph {
         for (piece, &strip) in strips.iter().enumerate() {
             sizes[strip] += evidence.sizes[piece];
             of_strip[strip] = labels[piece];
-            for label in 0..n_labels {
-                own[strip * n_labels + label] += evidence.unary[piece * n_labels + label];
-                for pair in &evidence.pairs[piece * n_labels + label] {
-                    let other = strips[pair.piece as usize];
-                    let weight = f64::from(pair.weight);
-                    if pair.kind == PairKind::Bond {
-                        continue;
+            let own_terms = &mut own[strip * n_labels..][..n_labels];
+            for (own, unary) in own_terms.iter_mut().zip(&evidence.unary[piece * n_labels..]) {
+                *own += unary;
+            }
+            for seen in evidence.observations(piece) {
+                let (other, label, weight) = (strips[seen.piece as usize], seen.own_label, f64::from(seen.weight));
+                if other == strip {
+                    if seen.label == label {
+                        own_terms[usize::from(label)] += weight;
                     }
-                    if other == strip {
-                        if pair.label as usize == label {
-                            own[strip * n_labels + label] += weight;
-                        }
-                        continue;
-                    }
-                    let slots = [strip * n_labels + label, other * n_labels + pair.label as usize];
-                    pairs[slots[0]].push((other as u32, pair.label, weight));
-                    pairs[slots[1]].push((strip as u32, label as u32, weight));
-                    if pair.kind == PairKind::RepeatedObservation && weight > 0.0 {
-                        agreements[slots[0]].push((other as u32, pair.label, weight));
-                    }
+                    continue;
+                }
+                let slots = [strip * n_labels + usize::from(label), other * n_labels + usize::from(seen.label)];
+                pairs[slots[0]].push((other as u32, seen.label.into(), weight));
+                pairs[slots[1]].push((strip as u32, label.into(), weight));
+                if weight > 0.0 {
+                    agreements[slots[0]].push((other as u32, seen.label.into(), weight));
                 }
             }
         }

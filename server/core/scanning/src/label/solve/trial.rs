@@ -212,21 +212,24 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::label::gather::evidence::Evidence;
+    use crate::label::gather::evidence::{Evidence, Observation, quantised};
     use crate::params::STRIP_TEST_MARGIN;
 
     /// Random evidence: ranks, and repeated observations that agree or contradict.
     fn evidence(n_pieces: usize, rng: &mut Pcg64Mcg) -> Evidence {
         let mut evidence = Evidence::new(5, (0..n_pieces).map(|_| rng.random_range(0.5..8.0)).collect(), 0.4);
+        let mut seen: Vec<Vec<Observation>> = vec![Vec::new(); n_pieces];
         for _ in 0..4 * n_pieces {
             let (a, b) = (rng.random_range(0..n_pieces), rng.random_range(0..n_pieces));
             if a < b {
                 evidence.add_rank(a, b, rng.random_range(0.1..6.0) * magnitude(rng));
                 let labels = (rng.random_range(0..5), rng.random_range(0..5));
                 let weight = rng.random_range(-4.0..4.0) * magnitude(rng);
-                evidence.add_pairwise((a, labels.0), (b, labels.1), weight);
+                let (own_label, label) = labels;
+                seen[a].push(Observation { piece: b as u32, weight: quantised(weight), own_label, label });
             }
         }
+        seen.into_iter().enumerate().for_each(|(piece, seen)| evidence.set_observations(piece, seen));
         evidence
     }
 
