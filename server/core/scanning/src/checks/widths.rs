@@ -27,12 +27,14 @@ impl Widths<'_> {
     /// point, by index.
     pub fn of_run(&self, run: &[ProfilePoint], is_confirmed: impl Fn(usize) -> bool) -> Vec<Width> {
         let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.centreline.width_px)).collect();
+        let mut near_px = Vec::new();
         let width = |idx: usize| {
             let reach = (WIDTH_WINDOW_WIDTHS * widths_px[idx]).ceil() as usize;
-            let near = &widths_px[idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())];
+            near_px.clear();
+            near_px.extend_from_slice(&widths_px[idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())]);
             let own = Label { order: run[idx].order, depth_mm: run[idx].hit_in_camera.xyz.z };
             let limit = if is_confirmed(idx) { WIDTH_REJECTED_CONFIRMED_SIGMAS } else { WIDTH_REJECTED_SIGMAS };
-            let width_px = median(&mut near.to_vec());
+            let width_px = median(&mut near_px);
             width_px.map_or(Width::Unclear, |px| self.learned.fit(px, own, self.rivals.labels(&run[idx]), limit))
         };
         (0..run.len()).map(width).collect()

@@ -86,7 +86,8 @@ impl LineWidths {
     /// Which label a line of `width_px` fits. `limit`: by how many standard deviations it must differ from its own
     /// label's width to fit a rival's.
     pub fn fit(&self, width_px: f64, own: Label, rivals: impl Iterator<Item = Label>, limit: f64) -> Width {
-        let off_by = |label: Label| self.sigmas_off(width_px.ln(), label);
+        let log_width = width_px.ln();
+        let off_by = |label: Label| self.sigmas_off(log_width, label);
         let (Some(off), Some(own_share)) = (off_by(own), self.of_depth(own.depth_mm)) else {
             return Width::Unclear;
         };

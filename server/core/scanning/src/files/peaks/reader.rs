@@ -185,16 +185,36 @@ pub(super) fn read_frame(
     for _ in 0..n_segments {
         let n_points = cursor.u32()? as usize;
         let bytes = cursor.take(n_points.saturating_mul(POINT_BYTES))?;
-        let points = bytes
-            .chunks_exact(POINT_BYTES)
-            .map(|bytes| Cursor { bytes, place }.point())
-            .collect::<Result<Vec<_>, _>>()?;
-        segments.push(Segment { points });
+        let (points, _) = bytes.as_chunks();
+        if points.iter().any(|bytes| bytes[SATURATED_BYTE] > 1) {
+            return Err(damaged(place));
+        }
+        segments.push(Segment { points: points.iter().map(point).collect() });
     }
     cursor.end()?;
     let centrelines = Centrelines { segments, direction, correlation_px, lit_line };
     let frame = ScanFrame { centrelines, position: header.stage.position(position) };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
+}
+
+/// The byte of a point with its flag: whether it is saturated.
+const SATURATED_BYTE: usize = POINT_BYTES - 1;
+
+/// A point. A scan's points are read many times, so fields are taken from fixed places, without a check of each.
+fn point(bytes: &[u8; POINT_BYTES]) -> CentrelinePoint {
+    let (doubles, _) = bytes.as_chunks();
+    let (singles, _) = bytes[5 * size_of::<f64>()..].as_chunks();
+    let double = |idx: usize| f64::from_le_bytes(doubles[idx]);
+    let single = |idx: usize| f32::from_le_bytes(singles[idx]);
+    CentrelinePoint {
+        u_px: double(0),
+        v_px: double(1),
+        normal: [double(2), double(3)],
+        sigma_px: double(4),
+        intensity: single(0),
+        width_px: single(1),
+        saturated: bytes[SATURATED_BYTE] == 1,
+    }
 }
 
 /// Number of segments; the bits above the lowest 24 hold one more than the number of the line that was switched on
@@ -237,30 +257,6 @@ impl<'a> Cursor<'a> {
 
     fn f64(&mut self) -> Result<f64, ContentError> {
         Ok(f64::from_le_bytes(self.array()?))
-    }
-
-    fn f32(&mut self) -> Result<f32, ContentError> {
-        Ok(f32::from_le_bytes(self.array()?))
-    }
-
-    fn point(mut self) -> Result<CentrelinePoint, ContentError> {
-        Ok(CentrelinePoint {
-            u_px: self.f64()?,
-            v_px: self.f64()?,
-            normal: [self.f64()?, self.f64()?],
-            sigma_px: self.f64()?,
-            intensity: self.f32()?,
-            width_px: self.f32()?,
-            saturated: self.flag()?,
-        })
-    }
-
-    fn flag(&mut self) -> Result<bool, ContentError> {
-        match self.array::<1>()? {
-            [0] => Ok(false),
-            [1] => Ok(true),
-            _ => Err(damaged(self.place)),
-        }
     }
 
     fn end(&self) -> Result<(), ContentError> {
