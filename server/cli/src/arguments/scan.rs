@@ -77,7 +77,7 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "MM", requires = "nominal_mm")]
     pub tolerance_mm: Option<f64>,
     /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
-    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_hyphen_values = true)]
     pub region_mm: Option<Vec<f64>>,
     /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
@@ -124,7 +124,7 @@ pub struct CompareArgs {
         value_name = "X,Y,Z,RX,RY,RZ",
         value_delimiter = ',',
         num_args = 6,
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         conflicts_with = "plan"
     )]
     pub start: Option<Vec<f64>>,
@@ -138,7 +138,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "MM")]
     pub capture_mm: Option<f64>,
     /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
-    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_hyphen_values = true)]
     pub region_mm: Option<Vec<f64>>,
     /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
