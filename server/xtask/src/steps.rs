@@ -59,8 +59,8 @@ pub fn debug_program() -> PathBuf {
 
 /// Runs the labelling tests on dozens of random scenes, each against its stated rate of wrong labels, stations of all
 /// sizes from images to a measured ball, all characteristics of plans on twenty seeds, a thousand serial faults for each
-/// controller, 500 camera faults, bits that flip in the database, thirty kills of the server, and fifty parts at all
-/// doors.
+/// controller, 500 camera faults, bits that flip in the database, thirty kills of the server and a hundred of one that
+/// records, and fifty parts at all doors.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;

@@ -30,7 +30,7 @@ fn a_recording_killed_at_random_loses_at_most_the_last_second() {
 
 #[test]
 #[ignore = "a campaign of some minutes"]
-fn a_recording_killed_a_hundred_times_loses_at_most_the_last_second() {
+fn campaign_of_a_hundred_kills_of_a_recording() {
     kill_while_recording(MANY_KILLS);
 }
 
