@@ -129,7 +129,8 @@ fn a_calibration_stores_the_points_of_its_residual_maps_and_its_dark_frame() {
 fn certified(folder: &TempDir, server: Server, id: &str) {
     let address = format!("/api/v1/calibrations/{id}/report?format=dcc");
     let refused = server.get(&address).expect(422);
-    assert!(refused["remedy"].as_str().unwrap().contains("certificate.laboratory.name"), "{refused}");
+    assert!(refused["detail"].as_str().unwrap().contains("certificate.laboratory.name"), "{refused}");
+    assert!(refused["remedy"].as_str().unwrap().ends_with("restart the service"), "{refused}");
     server.get(&format!("/api/v1/calibrations/{id}/report?format=pdf")).expect(400);
     server.terminate();
     let mut settings =

@@ -65,7 +65,11 @@ impl From<StoreError> for AppError {
 
 impl From<CertificateError> for AppError {
     fn from(error: CertificateError) -> Self {
-        app_error(ErrorKind::Impossible, &error)
+        let refused = app_error(ErrorKind::Impossible, &error);
+        match error.remedy() {
+            Some(remedy) => refused.remedy(format!("{remedy}; then restart the service")),
+            None => refused,
+        }
     }
 }
 

@@ -72,8 +72,9 @@ pub enum CertificateError {
 impl Remedy for CertificateError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::Missing { entries } => {
-                format!("set {} in the configuration and restart", entries.join(", ")).into()
+            Self::Missing { .. } => {
+                "set them in the configuration: its table [certificate] states who issues certificates, and for whom"
+                    .into()
             }
             Self::NoCountry { entry, .. } => {
                 format!("set {entry} to two capital letters of ISO 3166-1, such as DE").into()
