@@ -100,7 +100,7 @@ impl Door for OpcUaDoor {
         let condition = watch::Sender::new(Condition::default());
         let watched = condition.subscribe();
         let follow = async {
-            health::follow(&app, |status, health| {
+            health::follow(&app.catalogue, app.station.watch_status(), |status, health| {
                 let fault = status.faults.last().map(|fault| format!("{}; {}", fault.detail, fault.remedy));
                 let next = Condition {
                     changes: status.state_history.after(0).collect(),

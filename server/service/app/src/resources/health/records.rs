@@ -1,9 +1,11 @@
 //! Stored records that the health follows from, and how its changes are followed.
 
+use std::sync::Arc;
+
 use station::StationStatus;
 use store::StoreError;
+use tokio::sync::watch;
 
-use crate::App;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::health::{Health, HealthState, StationHealth};
 use crate::resources::watches::WatchHistory;
@@ -93,11 +95,14 @@ impl HealthRecords {
 
 /// Calls `publish` with the status of the station and its health, now and after every change of one of them. Returns
 /// when the station is shut down.
-pub async fn follow(app: &App, mut publish: impl FnMut(&StationStatus, &StationHealth)) {
-    let mut status = app.station.watch_status();
-    let mut events = app.catalogue.watch_events();
+pub async fn follow(
+    catalogue: &EventedCatalogue,
+    mut status: watch::Receiver<Arc<StationStatus>>,
+    mut publish: impl FnMut(&StationStatus, &StationHealth),
+) {
+    let mut events = catalogue.watch_events();
     let mut seen = *events.borrow_and_update();
-    let mut records = read_logged(&app.catalogue).await;
+    let mut records = read_logged(catalogue).await;
     loop {
         let now = status.borrow_and_update().clone();
         publish(&now, &StationHealth::of(&now, records.as_ref().unwrap_or(&HealthRecords::default())));
@@ -105,8 +110,8 @@ pub async fn follow(app: &App, mut publish: impl FnMut(&StationStatus, &StationH
             changed = status.changed() => if changed.is_err() { return },
             Ok(()) = events.changed() => {
                 let newest = *events.borrow_and_update();
-                if records.is_none() || changes_records(&app.catalogue, seen).await {
-                    records = read_logged(&app.catalogue).await.or(records);
+                if records.is_none() || changes_records(catalogue, seen).await {
+                    records = read_logged(catalogue).await.or(records);
                 }
                 seen = newest;
             }

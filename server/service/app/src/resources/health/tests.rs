@@ -2,9 +2,18 @@
 
 #![allow(clippy::unwrap_used)]
 
+use std::sync::Arc;
+use std::time::Duration;
+
 use station::{Fault, first_status};
+use store::{CalibrationRecord, Change, EventRecord, ExpectedActive, Store};
+use tokio::sync::{mpsc, watch};
 
 use super::*;
+use crate::evented_catalogue::EventedCatalogue;
+
+/// Longer than a change takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn working() -> StationStatus {
     let mut status = first_status(None, MachineState::Preoperational);
@@ -83,4 +92,59 @@ fn a_stopped_station_and_one_without_a_calibration_say_so() {
     let health = StationHealth::of(&status, &HealthRecords::default());
     assert_eq!(states(&health), [CheckFunction, Normal, Normal, Normal]);
     assert_eq!(health.station.message, "the station is stopped; reset it");
+}
+
+/// A calibration of this id becomes active, as its activation is stored.
+async fn activate(store: &Store, catalogue: &EventedCatalogue, id: &str) {
+    let record = CalibrationRecord {
+        id: id.to_owned(),
+        document: store.artifacts.put(id.as_bytes()).await.unwrap(),
+        report: None,
+        capture_id: None,
+        job_id: None,
+        summary: serde_json::json!({}),
+        created_at_ms: 7,
+    };
+    let activation = Change::Activate {
+        calibration_id: Some(id.to_owned()),
+        expected_previous: ExpectedActive::Any,
+        act: "activate".to_owned(),
+        actor: "test".to_owned(),
+        at_ms: 8,
+    };
+    let activated = Change::AppendEvent(EventRecord {
+        seq: 0,
+        kind: "calibration.activated".to_owned(),
+        subject: id.to_owned(),
+        body: serde_json::json!({}),
+        at_ms: 8,
+    });
+    catalogue.commit(vec![Change::InsertCalibration(record), activation, activated]).await.unwrap();
+}
+
+#[tokio::test]
+async fn followers_hear_of_a_new_calibration_and_of_a_fault_until_the_station_is_shut_down() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).await.unwrap();
+    let catalogue = EventedCatalogue::open(store.catalogue.clone()).await.unwrap();
+    let status = watch::Sender::new(Arc::new(working()));
+    let (sender, mut published) = mpsc::unbounded_channel();
+    let following = tokio::spawn({
+        let (catalogue, watched) = (catalogue.clone(), status.subscribe());
+        async move { follow(&catalogue, watched, |_, health| sender.send(health.clone()).unwrap()).await }
+    });
+    let mut next = async || tokio::time::timeout(PATIENCE, published.recv()).await.unwrap();
+
+    let before = next().await.unwrap();
+    assert_eq!((states(&before)[0], &before.calibration), (MaintenanceRequired, &None));
+    activate(&store, &catalogue, "c").await;
+    let calibrated = next().await.unwrap();
+    assert_eq!(states(&calibrated), [Normal; 4]);
+    assert_eq!(calibrated.calibration, Some(CalibrationInUse { id: "c".to_owned(), created_at_ms: 7 }));
+    status.send_modify(|status| Arc::make_mut(status).faults.push(fault("stage", "it stalled", 9)));
+    assert_eq!(states(&next().await.unwrap()), [Failure, Normal, Failure, Normal]);
+
+    drop(status);
+    assert_eq!(next().await, None);
+    tokio::time::timeout(PATIENCE, following).await.unwrap().unwrap();
 }
