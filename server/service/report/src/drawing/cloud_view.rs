@@ -1,18 +1,16 @@
 //! Views of a cloud: heights above its dominant plane, from above and from two sides.
 
-use image::{Rgba, RgbaImage};
+use image::RgbaImage;
 use maud::{Markup, html};
 use nalgebra::{Matrix3, Vector3};
 use scanning::Cloud;
 
 use super::page::{data_uri, figure};
 use super::plot::{Axis, Plot};
+use super::top_grid::TopGrid;
 use crate::drawing::palette::order_hex;
 use crate::drawing::raster::encode_rgba_png;
 use pipeline::Failure;
-
-/// Number of cells across the top view.
-const CELLS_ACROSS: usize = 240;
 
 /// Maximum number of dots per order in a side view.
 const MAX_DOTS: usize = 1800;
@@ -49,6 +47,7 @@ struct HeightPoint {
 
 /// The heights of a cloud.
 pub struct CloudView {
+    grid: TopGrid,
     points: Vec<HeightPoint>,
     low_mm: f64,
     high_mm: f64,
@@ -73,7 +72,12 @@ impl CloudView {
         heights.sort_by(f64::total_cmp);
         let quantile =
             |fraction: f64| heights.get((fraction * heights.len() as f64) as usize).copied().unwrap_or(0.0);
-        Self { low_mm: quantile(CLIPPED_FRACTION), high_mm: quantile(1.0 - CLIPPED_FRACTION), points }
+        Self {
+            grid: TopGrid::new(cloud),
+            low_mm: quantile(CLIPPED_FRACTION),
+            high_mm: quantile(1.0 - CLIPPED_FRACTION),
+            points,
+        }
     }
 
     /// The heights at the ends of the colour scale, mm.
@@ -83,37 +87,22 @@ impl CloudView {
 
     /// Heights as colours over x and y, as the camera sees the part, with width and height of the image, mm.
     pub fn top_image(&self) -> (RgbaImage, [f64; 2]) {
-        let (image, [left, right], [top, bottom]) = self.raster();
-        (image, [right - left, bottom - top])
-    }
-
-    /// The image, its limits along x and along y, mm.
-    fn raster(&self) -> (RgbaImage, [f64; 2], [f64; 2]) {
-        let x = bounds(self.points.iter().map(|point| point.x_mm));
-        let y = bounds(self.points.iter().map(|point| point.y_mm));
-        let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
-        let rows = (((y.1 - y.0) / cell_mm).ceil() as usize).clamp(1, 4 * CELLS_ACROSS);
-        let columns = CELLS_ACROSS + 1;
-        let mut sums = vec![(0.0, 0u32); columns * rows];
+        let mut sums = vec![(0.0, 0u32); self.grid.n_cells()];
         for point in &self.points {
-            let column = (((point.x_mm - x.0) / cell_mm) as usize).min(columns - 1);
-            let row = (((point.y_mm - y.0) / cell_mm) as usize).min(rows - 1);
-            let sum = &mut sums[row * columns + column];
+            let sum = &mut sums[self.grid.cell(point.x_mm, point.y_mm)];
             *sum = (sum.0 + point.height_mm, sum.1 + 1);
         }
-        let image = RgbaImage::from_fn(columns as u32, rows as u32, |column, row| {
-            match sums[row as usize * columns + column as usize] {
-                (_, 0) => Rgba([0; 4]),
-                (sum, n) => self.colour(sum / f64::from(n)),
-            }
-        });
-        (image, [x.0, x.0 + cell_mm * columns as f64], [y.0, y.0 + cell_mm * rows as f64])
+        let colour = |idx: usize| match sums[idx] {
+            (_, 0) => None,
+            (sum, n) => Some(self.colour(sum / f64::from(n))),
+        };
+        (self.grid.image(colour), self.grid.size_mm())
     }
 
     /// The top view with axes, for a page.
     pub fn top_view(&self) -> Result<Markup, Failure> {
-        let (image, [left, right], [top, bottom]) = self.raster();
-        let uri = data_uri("image/png", &encode_rgba_png(&image)?);
+        let [[left, right], [top, bottom]] = self.grid.limits_mm();
+        let uri = data_uri("image/png", &encode_rgba_png(&self.top_image().0)?);
         let mut plot = Plot::new(
             Axis::new(left, right, "x, mm"),
             Axis::new(bottom, top, "y, mm"),
@@ -156,7 +145,7 @@ impl CloudView {
         plot.svg()
     }
 
-    fn colour(&self, height_mm: f64) -> Rgba<u8> {
+    fn colour(&self, height_mm: f64) -> [u8; 3] {
         let fraction = ((height_mm - self.low_mm) / (self.high_mm - self.low_mm).max(1e-9)).clamp(0.0, 1.0);
         let place = fraction * (HEIGHT_COLOURS.len() - 1) as f64;
         let idx = (place as usize).min(HEIGHT_COLOURS.len() - 2);
@@ -164,14 +153,8 @@ impl CloudView {
             let (from, to) = (HEIGHT_COLOURS[idx][channel], HEIGHT_COLOURS[idx + 1][channel]);
             (from + (to - from) * (place - idx as f64)) as u8
         };
-        Rgba([mix(0), mix(1), mix(2), 255])
+        [0, 1, 2].map(mix)
     }
-}
-
-fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low < high { (low, high) } else { (0.0, 1.0) }
 }
 
 /// z = offset + by_x·x + by_y·y, by iteratively reweighted least squares, towards the plane with most points.

@@ -1,4 +1,4 @@
-//! PDF pages with text, rectangles and one image.
+//! PDF pages with text, rectangles and images.
 
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
 
@@ -54,7 +54,7 @@ pub struct JpegImage {
 #[derive(Default)]
 pub struct Paper {
     pages: Vec<Content>,
-    image: Option<JpegImage>,
+    images: Vec<JpegImage>,
 }
 
 impl Paper {
@@ -82,14 +82,15 @@ impl Paper {
         page.fill_nonzero();
     }
 
-    /// Adds the image of the document: left, top, width and height.
+    /// Adds an image: left, top, width and height.
     pub fn image(&mut self, [x, y, width, height]: [f32; 4], image: JpegImage) {
+        let name = image_name(self.images.len());
         let page = self.page();
         page.save_state();
         page.transform([points(width), 0.0, 0.0, points(height), points(x), points(HEIGHT_MM - y - height)]);
-        page.x_object(Name(b"I1"));
+        page.x_object(Name(name.as_bytes()));
         page.restore_state();
-        self.image = Some(image);
+        self.images.push(image);
     }
 
     fn page(&mut self) -> &mut Content {
@@ -106,9 +107,11 @@ impl Paper {
             next += 1;
             Ref::new(next)
         };
-        let [catalogue, tree, info, image] = [reference(), reference(), reference(), reference()];
+        let [catalogue, tree, info] = [reference(), reference(), reference()];
         let fonts = Font::ALL.map(|(_, key, base)| (reference(), key, base));
         let pages: Vec<(Ref, Ref)> = self.pages.iter().map(|_| (reference(), reference())).collect();
+        let images: Vec<(Ref, String)> =
+            (0..self.images.len()).map(|idx| (reference(), image_name(idx))).collect();
         let mut pdf = Pdf::new();
         pdf.catalog(catalogue).pages(tree);
         pdf.document_info(info).title(pdf_writer::TextStr(title)).producer(pdf_writer::TextStr("Sheaf"));
@@ -118,9 +121,11 @@ impl Paper {
             sheet.parent(tree).contents(*stream);
             sheet.media_box(Rect::new(0.0, 0.0, points(WIDTH_MM), points(HEIGHT_MM)));
             let mut resources = sheet.resources();
-            if self.image.is_some() {
-                resources.x_objects().pair(Name(b"I1"), image);
+            let mut shown = resources.x_objects();
+            for (image, name) in &images {
+                shown.pair(Name(name.as_bytes()), *image);
             }
+            shown.finish();
             let mut used = resources.fonts();
             for (font, key, _) in &fonts {
                 used.pair(Name(key), *font);
@@ -133,8 +138,8 @@ impl Paper {
         for (font, _, base) in fonts {
             pdf.type1_font(font).base_font(Name(base)).encoding_predefined(Name(b"WinAnsiEncoding"));
         }
-        if let Some(JpegImage { jpeg, width_px, height_px }) = &self.image {
-            let mut drawn = pdf.image_xobject(image, jpeg);
+        for (JpegImage { jpeg, width_px, height_px }, (image, _)) in self.images.iter().zip(&images) {
+            let mut drawn = pdf.image_xobject(*image, jpeg);
             drawn.filter(Filter::DctDecode);
             drawn.width(width_px.cast_signed()).height(height_px.cast_signed());
             drawn.color_space().device_rgb();
@@ -144,6 +149,11 @@ impl Paper {
     }
 }
 
+/// The name by which pages refer to an image.
+fn image_name(idx: usize) -> String {
+    format!("I{}", idx + 1)
+}
+
 fn points(mm: f32) -> f32 {
     mm * POINTS_PER_MM
 }
@@ -151,7 +161,7 @@ fn points(mm: f32) -> f32 {
 /// Encodes text for the fonts; other characters become question marks.
 fn windows_1252(text: &str) -> Vec<u8> {
     let byte = |character: char| match character {
-        '–' => 0x96,
+        '–' | '−' => 0x96,
         '—' => 0x97,
         '…' => 0x85,
         '€' => 0x80,

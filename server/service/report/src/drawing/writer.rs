@@ -18,9 +18,13 @@ pub const RULE: [f32; 3] = [0.82, 0.82, 0.84];
 pub const TABLE_PT: f32 = 7.5;
 /// Row height of tables, mm.
 pub const ROW_MM: f32 = 4.6;
+/// Distance of the lines within a row, mm.
+const LINE_MM: f32 = 3.2;
 
 /// Characters of a line of text across the page, at 8.5 points.
 pub const TEXT_CHARS: usize = 105;
+/// Their mean width, mm.
+const TEXT_CHAR_MM: f32 = (WIDTH_MM - 2.0 * MARGIN_MM) / TEXT_CHARS as f32;
 
 /// Height of a verdict's box, mm.
 const VERDICT_MM: f32 = 14.0;
@@ -70,16 +74,23 @@ impl Writer {
         self.paper.text([left + 4.0, MARGIN_MM + 3.0], Font::HelveticaBold, 15.0, [1.0; 3], label);
     }
 
-    /// A name, and its value from `value_mm` after the margin on.
+    /// A name, and its value from `value_mm` after the margin on; a long value continues on further lines.
     pub fn fact(&mut self, value_mm: f32, name: &str, value: &str) {
+        let chars = TEXT_CHARS - (value_mm / TEXT_CHAR_MM).ceil() as usize;
         self.ensure_room(ROW_MM);
         self.paper.text([MARGIN_MM, self.y_mm], Font::Helvetica, 8.5, GREY, name);
-        self.paper.text([MARGIN_MM + value_mm, self.y_mm], Font::Helvetica, 8.5, BLACK, value);
+        for (idx, line) in wrapped(value, chars).iter().enumerate() {
+            if idx > 0 {
+                self.y_mm += ROW_MM;
+                self.ensure_room(ROW_MM);
+            }
+            self.paper.text([MARGIN_MM + value_mm, self.y_mm], Font::Helvetica, 8.5, BLACK, line);
+        }
         self.y_mm += ROW_MM;
     }
 
-    /// A row of a table with a rule below. `widths`: of the columns, in characters; longer cells are truncated. Numbers
-    /// are right-aligned.
+    /// A row of a table with a rule below. `widths`: of the columns, in characters; longer cells continue on further
+    /// lines. Numbers are right-aligned.
     pub fn row(
         &mut self,
         cells: &[String],
@@ -87,16 +98,23 @@ impl Writer {
         is_number: impl Fn(usize) -> bool,
         colour: [f32; 3],
     ) {
-        self.ensure_room(ROW_MM);
+        let lines: Vec<Vec<String>> =
+            cells.iter().zip(widths).map(|(cell, width)| wrapped(cell, *width)).collect();
+        let n_lines = lines.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let further_mm = (n_lines - 1) as f32 * LINE_MM;
+        self.ensure_room(further_mm + ROW_MM);
         let char_mm = TABLE_PT * COURIER_ADVANCE * 25.4 / 72.0;
         let mut left = 0;
-        for (idx, (cell, width)) in cells.iter().zip(widths).enumerate() {
-            let text: String = cell.chars().take(*width).collect();
-            let indent = if is_number(idx) { width - text.chars().count() } else { 0 };
-            let x_mm = MARGIN_MM + (left + indent) as f32 * char_mm;
-            self.paper.text([x_mm, self.y_mm], Font::Courier, TABLE_PT, colour, &text);
+        for (idx, (cell, width)) in lines.iter().zip(widths).enumerate() {
+            for (line, text) in cell.iter().enumerate() {
+                let indent = if is_number(idx) { width - text.chars().count() } else { 0 };
+                let x_mm = MARGIN_MM + (left + indent) as f32 * char_mm;
+                let y_mm = self.y_mm + line as f32 * LINE_MM;
+                self.paper.text([x_mm, y_mm], Font::Courier, TABLE_PT, colour, text);
+            }
             left += width + 1;
         }
+        self.y_mm += further_mm;
         let rule = [MARGIN_MM, self.y_mm + 1.3, WIDTH_MM - 2.0 * MARGIN_MM, 0.15];
         self.paper.rectangle(rule, RULE);
         self.y_mm += ROW_MM;
@@ -113,16 +131,22 @@ pub fn colour(verdict: PartVerdict) -> [f32; 3] {
     }
 }
 
-/// Text in lines of at most `max_chars` characters, broken between words.
+/// Text in lines of at most `max_chars` characters, broken between words; a longer word is broken where the line ends.
 pub fn wrapped(text: &str, max_chars: usize) -> Vec<String> {
+    let max_chars = max_chars.max(1);
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(last) if last.chars().count() + 1 + word.chars().count() <= max_chars => {
-                last.push(' ');
-                last.push_str(word);
+        let characters: Vec<char> = word.chars().collect();
+        for piece in characters.chunks(max_chars) {
+            match lines.last_mut() {
+                Some(last)
+                    if characters.len() <= max_chars && last.chars().count() + 1 + piece.len() <= max_chars =>
+                {
+                    last.push(' ');
+                    last.extend(piece);
+                }
+                _ => lines.push(piece.iter().collect()),
             }
-            _ => lines.push(word.to_owned()),
         }
     }
     lines
@@ -136,5 +160,6 @@ mod tests {
     fn text_is_wrapped_between_words() {
         assert_eq!(wrapped("one two  three", 7), ["one two", "three"]);
         assert!(wrapped("", 7).is_empty());
+        assert_eq!(wrapped("a characteristic b", 7), ["a", "charact", "eristic", "b"]);
     }
 }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use pipeline::Failure;
 use scanning::Cloud;
 
-use super::{COLUMNS, InspectionSheet, SIMULATED};
+use super::{ABOUT_COLUMNS, ABOUT_MAP, COLUMNS, InspectionSheet, SIMULATED, VERDICTS};
 use crate::drawing::cloud_view::CloudView;
 use crate::drawing::page::{Page, Tile, grid, sentence, table, verdict};
 
@@ -16,12 +16,16 @@ pub fn inspection_page(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result
     let lead = format!("Part {}, inspection {} ({}).", sheet.serial, sheet.seq, sheet.id);
     let mut page = Page::new(&format!("Inspection of {}", sheet.serial), &lead);
     page.tiles(&tiles(sheet));
+    page.section("Characteristics", ABOUT_COLUMNS, rows(sheet));
     page.section(
-        "Characteristics",
-        "Limits and values in the unit of each measure; verdicts by ISO 14253-1.",
-        rows(sheet),
+        "Verdicts",
+        "By ISO 14253-1. The verdict on the part is the worst on its characteristics, in the order of this table.",
+        meanings(),
     );
     if let Some(cloud) = cloud {
+        if let Some(map) = sheet.deviation_map(cloud) {
+            page.section("Deviations", ABOUT_MAP, map.figure("From above, as the camera sees it.")?);
+        }
         let view = CloudView::new(cloud);
         let views = [view.top_view()?, view.side_views()];
         let about = format!("{} points. Heights are distances from the dominant plane.", cloud.points.len());
@@ -56,6 +60,14 @@ fn rows(sheet: &InspectionSheet) -> Markup {
             @if let Some(reason) = &row.reason { p { (row.id) ": " (sentence(reason)) } }
         }
     }
+}
+
+fn meanings() -> Markup {
+    let rows: Vec<Vec<String>> = VERDICTS
+        .iter()
+        .map(|(verdict, meaning)| vec![verdict.label().to_owned(), (*meaning).to_owned()])
+        .collect();
+    table(&["verdict", "meaning"], &rows, |_| false)
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
-//! The report of an inspection as HTML and PDF: verdict, characteristics, the cloud.
+//! The report of an inspection as HTML and PDF: verdict, characteristics, deviations, the cloud.
 
 mod html;
 mod pdf;
+mod surfaces;
 
 pub use html::inspection_page;
 pub use pdf::inspection_pdf;
+pub use surfaces::{MeasuredSurface, measured_surfaces};
 
 use metrology::PartVerdict;
+use scanning::Cloud;
+
+use crate::drawing::deviation_map::DeviationMap;
 
 /// Contents of the report of an inspection, except for the cloud.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +30,15 @@ pub struct InspectionSheet {
     pub facts: Vec<(&'static str, String)>,
     /// The characteristics, in the order of the plan.
     pub characteristics: Vec<CharacteristicRow>,
+    /// The measured planes, spheres and cylinders, for the map of deviations.
+    pub surfaces: Vec<MeasuredSurface>,
+}
+
+impl InspectionSheet {
+    /// The deviations of the points of a cloud from the measured surfaces; `None` without such points.
+    fn deviation_map(&self, cloud: &Cloud) -> Option<DeviationMap> {
+        DeviationMap::new(cloud, &surfaces::deviations_mm(cloud, &self.surfaces))
+    }
 }
 
 /// A characteristic in a report.
@@ -51,17 +65,40 @@ pub struct CharacteristicRow {
 }
 
 /// Columns of the table of characteristics.
-const COLUMNS: [&str; 8] =
-    ["characteristic", "measure", "nominal", "lower", "upper", "value", "U (k = 2)", "verdict"];
+const COLUMNS: [&str; 9] =
+    ["characteristic", "measure", "nominal", "lower", "upper", "value", "deviation", "U (k = 2)", "verdict"];
+
+/// What each verdict means, from the best to the worst: that on the part is the worst of its characteristics.
+const VERDICTS: [(PartVerdict, &str); 4] = [
+    (PartVerdict::Ok, "within the limits by the expanded uncertainty U or more"),
+    (
+        PartVerdict::Undecided,
+        "a limit lies within U of the value, U lacks a contribution, or a feature does not fit; not accepted",
+    ),
+    (
+        PartVerdict::Invalid,
+        "not measured, without a finite value or U, or the scan permits no verdict; not accepted",
+    ),
+    (PartVerdict::NotOk, "beyond a limit by more than U"),
+];
+
+/// What the table of characteristics contains.
+const ABOUT_COLUMNS: &str =
+    "Limits and values in the unit of each measure; the deviation is the value minus nominal.";
+
+/// What the map of deviations shows.
+const ABOUT_MAP: &str = "Distances of the points from the planes, spheres and cylinders of the plan as they were fitted \
+                         to them: form and noise, not size or position. Red: outside, or towards the camera.";
 
 /// Notice for inspections without real devices.
 const SIMULATED: &str = "Simulated or replayed devices: not a verdict on a real part.";
 
 impl CharacteristicRow {
     /// The cells of its row.
-    fn cells(&self) -> [String; 8] {
+    fn cells(&self) -> [String; 9] {
         let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
         let [lower, upper] = self.limits.map(number);
+        let deviation = self.value.zip(self.nominal).map(|(value, nominal)| value - nominal);
         [
             self.id.clone(),
             format!("{}, {}", self.measure, self.unit),
@@ -69,6 +106,7 @@ impl CharacteristicRow {
             lower,
             upper,
             number(self.value),
+            deviation.map_or_else(|| "–".to_owned(), |deviation| format!("{deviation:+.4}")),
             number(self.expanded_uncertainty),
             self.verdict.map_or("–", PartVerdict::label).to_owned(),
         ]
@@ -100,5 +138,6 @@ pub(crate) fn example() -> InspectionSheet {
             row("width", Some(9.5), PartVerdict::NotOk),
             row("depth", None, PartVerdict::Invalid),
         ],
+        surfaces: Vec::new(),
     }
 }

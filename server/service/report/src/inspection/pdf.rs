@@ -1,20 +1,25 @@
 //! The report of an inspection as PDF.
 
+use image::{RgbImage, RgbaImage};
 use metrology::PartVerdict;
 use pipeline::Failure;
 use scanning::Cloud;
 
-use super::{COLUMNS, InspectionSheet, SIMULATED};
+use super::{ABOUT_COLUMNS, ABOUT_MAP, COLUMNS, InspectionSheet, SIMULATED, VERDICTS};
 use crate::drawing::cloud_view::CloudView;
+use crate::drawing::deviation_map::{COLOURS, DeviationMap, microns};
 use crate::drawing::paper::{Font, JpegImage, WIDTH_MM};
 use crate::drawing::raster::encode_jpeg;
 use crate::drawing::writer::{BLACK, GREY, MARGIN_MM, TEXT_CHARS, Writer, colour, wrapped};
 
-/// Width of each column of the table in characters; longer cells are truncated.
-const COLUMN_CHARS: [usize; 8] = [17, 19, 10, 10, 10, 10, 11, 9];
+/// Width of each column of the table in characters; longer cells continue on further lines.
+const COLUMN_CHARS: [usize; 9] = [19, 16, 9, 9, 9, 9, 9, 9, 9];
 
-/// Maximum height of the image of the cloud, mm.
+/// Maximum height of an image, mm.
 const MAX_IMAGE_HEIGHT_MM: f32 = 90.0;
+
+/// Size of a colour of the legend, mm.
+const KEY_MM: [f32; 2] = [10.0, 3.0];
 
 /// The report; without the cloud if it was deleted.
 ///
@@ -29,6 +34,10 @@ pub fn inspection_pdf(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result<
     writer.y_mm += 5.0;
     write_table(&mut writer, sheet);
     write_reasons(&mut writer, sheet);
+    write_meanings(&mut writer);
+    if let Some(map) = cloud.and_then(|cloud| sheet.deviation_map(cloud)) {
+        write_map(&mut writer, &map)?;
+    }
     if let Some(cloud) = cloud {
         write_cloud(&mut writer, cloud)?;
     }
@@ -46,13 +55,13 @@ fn write_heading(writer: &mut Writer, sheet: &InspectionSheet) {
 }
 
 fn write_table(writer: &mut Writer, sheet: &InspectionSheet) {
-    let is_number = |idx: usize| (2..7).contains(&idx);
+    let is_number = |idx: usize| (2..8).contains(&idx);
     writer.row(&COLUMNS.map(str::to_owned), &COLUMN_CHARS, is_number, GREY);
     for row in &sheet.characteristics {
         let shown = row.verdict.filter(|verdict| *verdict != PartVerdict::Ok).map_or(BLACK, colour);
         writer.row(&row.cells(), &COLUMN_CHARS, is_number, shown);
     }
-    writer.y_mm += 3.0;
+    writer.line(Font::Helvetica, 8.0, GREY, 7.0, ABOUT_COLUMNS);
 }
 
 fn write_reasons(writer: &mut Writer, sheet: &InspectionSheet) {
@@ -65,13 +74,61 @@ fn write_reasons(writer: &mut Writer, sheet: &InspectionSheet) {
     writer.y_mm += 3.0;
 }
 
+fn write_meanings(writer: &mut Writer) {
+    const MEANING_MM: f32 = 24.0;
+    for (verdict, meaning) in VERDICTS {
+        writer.fact(MEANING_MM, verdict.label(), meaning);
+    }
+    let rule =
+        "Verdicts by ISO 14253-1; that on the part is the worst on its characteristics, in the order above.";
+    writer.line(Font::Helvetica, 8.0, GREY, 9.0, rule);
+}
+
+fn write_map(writer: &mut Writer, map: &DeviationMap) -> Result<(), Failure> {
+    let (image, [width_mm, height_mm]) = map.image();
+    let [key_width, key_height] = KEY_MM;
+    write_image(writer, &image, [width_mm, height_mm], 3.0 * key_height + 14.0)?;
+    for (idx, [red, green, blue]) in COLOURS.into_iter().enumerate() {
+        let left = MARGIN_MM + idx as f32 * key_width;
+        let colour = [red, green, blue].map(|channel| f32::from(channel) / 255.0);
+        writer.paper.rectangle([left, writer.y_mm, key_width, key_height], colour);
+        if idx % 2 == 0 {
+            let deviation_mm = map.scale_mm() * (idx as f64 / 4.0 - 1.0);
+            let below = [left, writer.y_mm + 2.0 * key_height];
+            writer.paper.text(below, Font::Helvetica, 7.0, GREY, &microns(deviation_mm));
+        }
+    }
+    writer.y_mm += 3.0 * key_height + 2.0;
+    for line in wrapped(&format!("{ABOUT_MAP} Grey: points without a deviation."), TEXT_CHARS) {
+        writer.line(Font::Helvetica, 8.0, GREY, 3.8, &line);
+    }
+    writer.y_mm += 4.0;
+    Ok(())
+}
+
 fn write_cloud(writer: &mut Writer, cloud: &Cloud) -> Result<(), Failure> {
     let view = CloudView::new(cloud);
     let (image, [width_mm, height_mm]) = view.top_image();
+    write_image(writer, &image, [width_mm, height_mm], 8.0)?;
+    let [low, high] = view.heights_mm();
+    let caption = format!(
+        "The cloud from above, {width_mm:.1} x {height_mm:.1} mm: height from {low:.2} mm (violet) to {high:.2} mm (yellow)."
+    );
+    writer.line(Font::Helvetica, 8.0, GREY, 5.0, &caption);
+    Ok(())
+}
+
+/// An image of something of this size, with room for a caption below it on the same page.
+fn write_image(
+    writer: &mut Writer,
+    image: &RgbaImage,
+    [width_mm, height_mm]: [f64; 2],
+    caption_mm: f32,
+) -> Result<(), Failure> {
     let scale = ((WIDTH_MM - 2.0 * MARGIN_MM) / width_mm as f32).min(MAX_IMAGE_HEIGHT_MM / height_mm as f32);
     let (width, height) = (width_mm as f32 * scale, height_mm as f32 * scale);
-    writer.ensure_room(height + 8.0);
-    let paper = image::RgbImage::from_fn(image.width(), image.height(), |x, y| {
+    writer.ensure_room(height + caption_mm);
+    let paper = RgbImage::from_fn(image.width(), image.height(), |x, y| {
         let [red, green, blue, opacity] = image.get_pixel(x, y).0;
         image::Rgb(if opacity == 0 { [255; 3] } else { [red, green, blue] })
     });
@@ -79,11 +136,6 @@ fn write_cloud(writer: &mut Writer, cloud: &Cloud) -> Result<(), Failure> {
     let jpeg = encode_jpeg(&paper)?;
     writer.paper.image([MARGIN_MM, writer.y_mm, width, height], JpegImage { jpeg, width_px, height_px });
     writer.y_mm += height + 4.0;
-    let [low, high] = view.heights_mm();
-    let caption = format!(
-        "The cloud from above, {width_mm:.1} x {height_mm:.1} mm: height from {low:.2} mm (violet) to {high:.2} mm (yellow)."
-    );
-    writer.line(Font::Helvetica, 8.0, GREY, 5.0, &caption);
     Ok(())
 }
 

@@ -192,9 +192,12 @@ fn reports_and_statistics(server: &Server, inspection: &Value) {
     assert_eq!((page.status, page.header("content-type")), (200, Some("text/html; charset=utf-8")));
     let page = String::from_utf8(page.body).unwrap();
     assert!(page.contains("NOT OK") && page.contains("BL-2") && page.contains("<svg"), "{page}");
+    assert!(page.contains("<h2>Deviations</h2>") && page.contains("beyond a limit by more than U"), "{page}");
     let document = server.get(&format!("{report}?format=pdf"));
     assert_eq!((document.status, document.header("content-type")), (200, Some("application/pdf")));
     assert!(document.body.starts_with(b"%PDF-"));
+    let text = String::from_utf8_lossy(&document.body);
+    assert!(text.contains("/I1 Do") && text.contains("/I2 Do"), "the map of deviations, and the cloud");
     let values = server.get(&format!("{report}?format=dfq"));
     assert!(values.header("content-disposition").unwrap().contains("BL-2_2.dfq"));
     assert!(values.body.starts_with(b"K0100 1\r\nK1001 block\r\n"), "{:?}", values.body);

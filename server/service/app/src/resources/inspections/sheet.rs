@@ -1,12 +1,13 @@
 //! The report of an inspection, made on request from its record and the cloud.
 
 use metrology::PartVerdict;
-use report::inspection::{CharacteristicRow, InspectionSheet, inspection_page, inspection_pdf};
+use report::inspection::{CharacteristicRow, InspectionSheet, inspection_page, inspection_pdf, measured_surfaces};
 use scanning::Cloud;
 use store::{Artifacts, Catalogue, StoreError};
 
 use crate::error::{AppError, ErrorKind};
 use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
+use crate::resources::recipes::RecipeVersion;
 use crate::resources::stored_scan::stored_cloud;
 
 /// Form of a report.
@@ -28,9 +29,14 @@ pub async fn inspection_report(
     id: &str,
     format: ReportFormat,
 ) -> Result<Vec<u8>, AppError> {
-    let inspection: InspectionMessage = read.inspection(id).await?.try_into()?;
+    let record = read.inspection(id).await?;
+    let result = record.body["result"].clone();
+    let inspection: InspectionMessage = record.try_into()?;
     let cloud = cloud_of(&inspection, read, artifacts).await?;
-    let sheet = sheet(inspection)?;
+    let recipe = &inspection.recipe;
+    let version = RecipeVersion::of(read.recipe_version(&recipe.id, recipe.version).await?)?;
+    let surfaces = measured_surfaces(&result, &version.recipe.plan);
+    let sheet = InspectionSheet { surfaces, ..sheet(inspection)? };
     let written = tokio::task::spawn_blocking(move || match format {
         ReportFormat::Html => inspection_page(&sheet, cloud.as_ref()).map(String::into_bytes),
         ReportFormat::Pdf => inspection_pdf(&sheet, cloud.as_ref()),
@@ -74,6 +80,7 @@ fn sheet(inspection: InspectionMessage) -> Result<InspectionSheet, AppError> {
         simulated: inspection.simulated,
         facts,
         characteristics: inspection.results.into_iter().map(row).collect(),
+        surfaces: Vec::new(),
         seq: inspection.seq,
         serial: inspection.serial,
         id: inspection.id,
