@@ -147,4 +147,7 @@ pub struct CompareArgs {
     /// frame).
     #[arg(long, value_name = "MAP.csv")]
     pub map: Option<PathBuf>,
+    /// Also write a self-contained HTML report with the map of the deviations.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
 }

@@ -43,10 +43,16 @@ pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         write_file(path, &map_csv(&cloud, &comparison))?;
         text.push_str(&format!("deviations → {}\n", path.display()));
     }
+    if let Some(path) = &args.report {
+        let part = args.part.file_name().unwrap_or(args.part.as_os_str()).to_string_lossy();
+        write_file(path, report::comparison_page(&part, &cloud, &comparison)?.as_bytes())?;
+        text.push_str(&format!("report → {}\n", path.display()));
+    }
     let mut json = comparison_json(&comparison);
     json["cloud"] = json!(args.cloud);
     json["part"] = json!(args.part);
     json["map"] = json!(args.map);
+    json["report_file"] = json!(args.report);
     json["calibration_id"] = json!(calibration.map(|calibration| calibration.id));
     Ok(Answer { text, json, exit: comparison.verdict.map_or(Exit::Done, exit_of_part) })
 }

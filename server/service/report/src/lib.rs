@@ -7,6 +7,7 @@
 pub mod calibration;
 pub mod certificate;
 mod chapters;
+mod comparison;
 mod drawing;
 pub mod inspection;
 pub mod scan;
@@ -19,4 +20,5 @@ pub use chapters::measurement;
 pub use drawing::{labelled_images, page, palette, plot, raster};
 
 pub use calibration::calibration_page;
+pub use comparison::comparison_page;
 pub use scan::scan_page;

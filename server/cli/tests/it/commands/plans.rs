@@ -112,7 +112,9 @@ fn a_cloud_has_no_deviations_from_its_own_mesh() {
         (path(folder.path(), "c.ply"), path(folder.path(), "m.stl"), path(folder.path(), "map.csv"));
     let (capture, calibration) = (capture.to_str().unwrap(), calibration.to_str().unwrap());
     sheaf_ok(&["scan", capture, "-c", calibration, "--scan", "sphere", "-o", &cloud, "--mesh", &mesh, "-q"]);
-    let asked = ["compare", &cloud, &mesh, "--best-fit", "--tolerance-mm", "5", "--map", &map];
+    let report = path(folder.path(), "report.html");
+    let files = ["--map", &map, "--report", &report];
+    let asked = [&["compare", &cloud, &mesh, "--best-fit", "--tolerance-mm", "5"], &files[..]].concat();
     let (result, code) = sheaf_json(&asked);
     assert!(result["mean_mm"].as_f64().unwrap().abs() < 0.02, "{result:#}");
     assert!(result["covered_mm2"].as_f64() > Some(0.5 * result["area_mm2"].as_f64().unwrap()), "{result:#}");
@@ -125,6 +127,10 @@ fn a_cloud_has_no_deviations_from_its_own_mesh() {
     let rows = std::fs::read_to_string(Path::new(&map)).unwrap();
     assert_eq!(rows.lines().count() - 1, result["n_points"].as_u64().unwrap() as usize);
     assert!(out(&sheaf(&asked)).contains("covered"));
+    let page = std::fs::read_to_string(Path::new(&report)).unwrap();
+    for text in ["Comparison with m.stl", "<h2>Deviations</h2>", "<h2>Worst places</h2>", "no deviation"] {
+        assert!(page.contains(text), "{text}");
+    }
     let alone = sheaf(&["compare", &cloud, &mesh]);
     assert_eq!(alone.status.code(), Some(2), "{}", err(&alone));
 }
