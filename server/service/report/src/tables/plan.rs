@@ -10,7 +10,7 @@ use super::measurement::{finding_json, shape_json};
 /// A line per characteristic with failure and notes below it, and the verdict on the part.
 pub fn plan_text(result: &PlanResult) -> String {
     let mut text = format!(
-        "{:<20}{:<17}{:>11}{:>11}{:>9}{:>9}{:>10}{:>10}  verdict\n",
+        "{:<19} {:<16} {:>10} {:>10}{:>9}{:>9}{:>10}{:>10}  verdict\n",
         "characteristic", "measure", "nominal", "value", "lower", "upper", "error", "U (k=2)"
     );
     for characteristic in &result.characteristics {
@@ -32,7 +32,7 @@ fn characteristic_text(text: &mut String, characteristic: &CharacteristicResult)
     let signed = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:+.4}"));
     let _ = writeln!(
         text,
-        "{:<20}{:<17}{:>11}{:>11}{:>9}{:>9}{:>10}{:>10}  {}",
+        "{:<19} {:<16} {:>10} {:>10}{:>9}{:>9}{:>10}{:>10}  {}",
         characteristic.id,
         format!("{} {}", characteristic.measure, characteristic.unit.symbol()),
         number(characteristic.nominal),
