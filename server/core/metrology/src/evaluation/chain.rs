@@ -53,7 +53,7 @@ impl<'a> Chain<'a> {
             if measure.needs_datum_frame() {
                 ids.extend(plan.alignment.iter().flat_map(|alignment| alignment.datums()));
             }
-            closure(plan, &ids)
+            plan.with_dependencies(&ids)
         });
         let closures = closures.collect();
         Self { plan, samples, fitted, sets: Vec::new(), angles: vec![None; plan.characteristics.len()], closures }
@@ -98,18 +98,4 @@ impl<'a> Chain<'a> {
         };
         self.angles.iter().enumerate().map(of).collect()
     }
-}
-
-/// Which features some features depend on, including themselves.
-pub(crate) fn closure(plan: &Plan, ids: &[&str]) -> Vec<bool> {
-    let mut holds = vec![false; plan.features.len()];
-    ids.iter().filter_map(|id| plan.feature_idx(id)).for_each(|idx| holds[idx] = true);
-    // Features depend only on those above them.
-    for idx in (0..plan.features.len()).rev().collect::<Vec<_>>() {
-        if holds[idx] {
-            let below = plan.features[idx].shape.depends_on();
-            below.iter().filter_map(|id| plan.feature_idx(id)).for_each(|below| holds[below] = true);
-        }
-    }
-    holds
 }

@@ -6,7 +6,7 @@ use optics::{Calibration, PartFrame, Rigid};
 use scanning::Cloud;
 
 use crate::evaluation::alignment::DatumFrame;
-use crate::evaluation::chain::{Chain, closure};
+use crate::evaluation::chain::Chain;
 use crate::evaluation::fitted::fit_features;
 use crate::evaluation::forms::{retriangulation, sets};
 use crate::evaluation::uncertainty;
@@ -72,7 +72,7 @@ pub(crate) fn datum_pose(
     calibration: Option<&Calibration>,
 ) -> Result<DatumPose, MeasureError> {
     let of_alignment =
-        closure(plan, &plan.alignment.as_ref().map_or(Vec::new(), |alignment| alignment.datums().into()));
+        plan.with_dependencies(&plan.alignment.as_ref().map_or(Vec::new(), |alignment| alignment.datums().into()));
     let mut features = plan.features.clone();
     let mut keep = of_alignment.iter();
     features.retain(|_| keep.next().copied().unwrap_or(false));

@@ -6,7 +6,6 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use crate::evaluation::alignment::DatumFrame;
-use crate::evaluation::chain::closure;
 use crate::evaluation::rims::contour::MAX_PARAMETERS as CONTOUR_PARAMETERS;
 use crate::evaluation::rims::rim::{self, Rim};
 use crate::evaluation::select::{Lines, candidates};
@@ -39,7 +38,7 @@ pub(crate) type Alignment = Option<Result<Rigid<DatumFrame, PartFrame>, MeasureE
 /// Fits the features that the alignment depends on, aligns, and fits the others, selected in the datum frame.
 pub(crate) fn fit_features(plan: &Plan, samples: &Samples) -> (Vec<Result<Fitted, MeasureError>>, Alignment) {
     let lines = Lines::new(samples);
-    let of_alignment = plan.alignment.as_ref().map(|alignment| closure(plan, &alignment.datums()));
+    let of_alignment = plan.alignment.as_ref().map(|alignment| plan.with_dependencies(&alignment.datums()));
     let is_first = |idx: usize| of_alignment.as_ref().is_none_or(|closure| closure[idx]);
     let mut fitted: Vec<Option<Result<Fitted, MeasureError>>> = plan.features.iter().map(|_| None).collect();
     fit_some(plan, &lines, &mut fitted, is_first, None);

@@ -93,15 +93,7 @@ impl Geometry {
         let at = |place: &Vector3<f64>| pose.rotation * place + pose.translation_mm;
         let to = |direction: &Vector3<f64>| pose.rotation * direction;
         match self {
-            Self::Surface(Shape::Plane { point_mm, normal }) => {
-                Self::Surface(Shape::Plane { point_mm: at(point_mm), normal: to(normal) })
-            }
-            Self::Surface(Shape::Sphere { centre_mm, radius_mm }) => {
-                Self::Surface(Shape::Sphere { centre_mm: at(centre_mm), radius_mm: *radius_mm })
-            }
-            Self::Surface(Shape::Cylinder { point_mm, axis, radius_mm }) => {
-                Self::Surface(Shape::Cylinder { point_mm: at(point_mm), axis: to(axis), radius_mm: *radius_mm })
-            }
+            Self::Surface(shape) => Self::Surface(shape.moved(pose)),
             Self::Circle { centre_mm, normal, radius_mm } => {
                 Self::Circle { centre_mm: at(centre_mm), normal: to(normal), radius_mm: *radius_mm }
             }

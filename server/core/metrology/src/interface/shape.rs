@@ -1,6 +1,7 @@
 //! Planes, spheres, cylinders: signed distance, its derivatives, small steps.
 
 use nalgebra::Vector3;
+use optics::Rigid;
 
 use crate::params::MIN_COSINE;
 
@@ -43,6 +44,21 @@ pub(crate) fn across(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 impl Shape {
+    /// The same shape in another frame; `pose` maps from its frame to that one.
+    pub fn moved<To, From>(&self, pose: &Rigid<To, From>) -> Self {
+        let at = |place: &Vector3<f64>| pose.rotation * place + pose.translation_mm;
+        let to = |direction: &Vector3<f64>| pose.rotation * direction;
+        match self {
+            Self::Plane { point_mm, normal } => Self::Plane { point_mm: at(point_mm), normal: to(normal) },
+            Self::Sphere { centre_mm, radius_mm } => {
+                Self::Sphere { centre_mm: at(centre_mm), radius_mm: *radius_mm }
+            }
+            Self::Cylinder { point_mm, axis, radius_mm } => {
+                Self::Cylinder { point_mm: at(point_mm), axis: to(axis), radius_mm: *radius_mm }
+            }
+        }
+    }
+
     /// Number of free parameters.
     pub(crate) fn parameters(&self) -> usize {
         match self {

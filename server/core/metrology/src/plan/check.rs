@@ -80,6 +80,20 @@ impl Plan {
         Ok(())
     }
 
+    /// Per feature: whether it is one of `ids`, or one of these depends on it.
+    pub fn with_dependencies(&self, ids: &[&str]) -> Vec<bool> {
+        let mut holds = vec![false; self.features.len()];
+        ids.iter().filter_map(|id| self.feature_idx(id)).for_each(|idx| holds[idx] = true);
+        // Features depend only on those above them.
+        for idx in (0..self.features.len()).rev() {
+            if holds[idx] {
+                let below = self.features[idx].shape.depends_on();
+                below.iter().filter_map(|id| self.feature_idx(id)).for_each(|below| holds[below] = true);
+            }
+        }
+        holds
+    }
+
     /// Index of a feature.
     pub(crate) fn feature_idx(&self, id: &str) -> Option<usize> {
         self.features.iter().position(|feature| feature.id == id)

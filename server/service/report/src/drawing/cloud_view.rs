@@ -5,11 +5,10 @@ use maud::{Markup, html};
 use nalgebra::{Matrix3, Vector3};
 use scanning::Cloud;
 
-use super::page::{data_uri, figure};
+use super::page::figure;
 use super::plot::{Axis, Plot};
 use super::top_grid::TopGrid;
 use crate::drawing::palette::order_hex;
-use crate::drawing::raster::encode_rgba_png;
 use pipeline::Failure;
 
 /// Maximum number of dots per order in a side view.
@@ -101,15 +100,7 @@ impl CloudView {
 
     /// The top view with axes, for a page.
     pub fn top_view(&self) -> Result<Markup, Failure> {
-        let [[left, right], [top, bottom]] = self.grid.limits_mm();
-        let uri = data_uri("image/png", &encode_rgba_png(&self.top_image().0)?);
-        let mut plot = Plot::new(
-            Axis::new(left, right, "x, mm"),
-            Axis::new(bottom, top, "y, mm"),
-            520.0,
-            520.0 * (bottom - top) / (right - left),
-        );
-        plot.backdrop(&uri);
+        let plot = self.grid.plot(&self.top_image().0)?;
         Ok(figure(
             plot.svg(),
             &format!(

@@ -5,13 +5,11 @@ use maud::{Markup, html};
 use pipeline::Failure;
 use scanning::Cloud;
 
-use super::page::{data_uri, figure, legend};
-use super::plot::{Axis, Plot};
-use super::raster::encode_rgba_png;
+use super::page::{figure, legend};
 use super::top_grid::TopGrid;
 
 /// From the lowest to the highest deviation: blue, light grey at zero, red. The same as on the page.
-pub const COLOURS: [[u8; 3]; 9] = [
+const COLOURS: [[u8; 3]; 9] = [
     [0x21, 0x66, 0xac],
     [0x43, 0x93, 0xc3],
     [0x92, 0xc5, 0xde],
@@ -24,7 +22,7 @@ pub const COLOURS: [[u8; 3]; 9] = [
 ];
 
 /// Of points without a deviation: a darker grey than that of zero.
-pub const NO_DEVIATION: [u8; 3] = [0xa0, 0xa4, 0xa8];
+const NO_DEVIATION: [u8; 3] = [0xa0, 0xa4, 0xa8];
 
 /// Fraction of the coloured cells within the ends of the scale.
 const SCALED_FRACTION: f64 = 0.98;
@@ -74,11 +72,6 @@ impl DeviationMap {
         Some(Self { grid, cells, scale_mm })
     }
 
-    /// The ends of the colour scale are this far from zero, mm.
-    pub fn scale_mm(&self) -> f64 {
-        self.scale_mm
-    }
-
     /// The map with its width and height, mm.
     pub fn image(&self) -> (RgbaImage, [f64; 2]) {
         let colour = |idx: usize| match self.cells[idx] {
@@ -94,23 +87,22 @@ impl DeviationMap {
     /// # Errors
     /// The image cannot be encoded.
     pub fn figure(&self, caption: &str) -> Result<Markup, Failure> {
-        let [[left, right], [top, bottom]] = self.grid.limits_mm();
-        let uri = data_uri("image/png", &encode_rgba_png(&self.image().0)?);
-        let height = 520.0 * (bottom - top) / (right - left);
-        let mut plot = Plot::new(Axis::new(left, right, "x, mm"), Axis::new(bottom, top, "y, mm"), 520.0, height);
-        plot.backdrop(&uri);
-        let drawing = html! { (plot.svg()) (legend(&self.keys())) };
-        Ok(figure(drawing, caption))
+        let keys: Vec<(String, String)> = self
+            .stops()
+            .step_by(2)
+            .map(|(deviation_mm, colour)| (microns(deviation_mm), css(colour)))
+            .chain([("no deviation".to_owned(), css(NO_DEVIATION))])
+            .collect();
+        Ok(figure(html! { (self.grid.plot(&self.image().0)?.svg()) (legend(&keys)) }, caption))
     }
 
-    /// Deviations with their colours: the ends of the scale, halves, zero; points without a deviation.
-    fn keys(&self) -> Vec<(String, String)> {
-        let of_stop = |idx: usize| {
-            let deviation_mm = self.scale_mm * (idx as f64 / 4.0 - 1.0);
-            (microns(deviation_mm), css(COLOURS[idx]))
-        };
-        let stops = (0..COLOURS.len()).step_by(2).map(of_stop);
-        stops.chain([("no deviation".to_owned(), css(NO_DEVIATION))]).collect()
+    /// The colours of the scale with their deviations, mm, from one end to the other.
+    pub fn stops(&self) -> impl Iterator<Item = (f64, [u8; 3])> {
+        let half = (COLOURS.len() / 2) as f64;
+        COLOURS
+            .into_iter()
+            .enumerate()
+            .map(move |(idx, colour)| (self.scale_mm * (idx as f64 / half - 1.0), colour))
     }
 }
 
@@ -158,22 +150,11 @@ fn css([red, green, blue]: [u8; 3]) -> String {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use scanning::CloudPoint;
-
     use super::*;
+    use crate::drawing::point_at;
 
     fn cloud(positions: &[[f64; 2]]) -> Cloud {
-        let point = |[x_mm, y_mm]: &[f64; 2]| CloudPoint {
-            x_mm: *x_mm,
-            y_mm: *y_mm,
-            z_mm: 0.0,
-            order: 0,
-            frame: 0,
-            u_px: 0.0,
-            v_px: 0.0,
-            intensity: 0.0,
-            sigma_mm: 0.0,
-        };
+        let point = |[x_mm, y_mm]: &[f64; 2]| point_at([*x_mm, *y_mm, 0.0]);
         Cloud { points: positions.iter().map(point).collect(), comments: Vec::new() }
     }
 

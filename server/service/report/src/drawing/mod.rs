@@ -10,3 +10,6 @@ pub mod plot;
 pub mod raster;
 mod top_grid;
 pub mod writer;
+
+#[cfg(test)]
+pub use top_grid::point_at;

@@ -1,13 +1,21 @@
 //! A cloud seen from above: cells over x and y, as the camera sees the part.
 
 use image::{Rgba, RgbaImage};
+use pipeline::Failure;
 use scanning::Cloud;
+
+use super::page::data_uri;
+use super::plot::{Axis, Plot};
+use super::raster::encode_rgba_png;
 
 /// Number of cells across a view.
 const CELLS_ACROSS: usize = 240;
 
 /// Largest number of rows of cells, for clouds that are much longer than wide.
 const MOST_ROWS: usize = 4 * CELLS_ACROSS;
+
+/// Width of its plot, in units of the drawing.
+const PLOT_WIDTH: f64 = 520.0;
 
 /// Cells of equal size over the extent of a cloud.
 pub struct TopGrid {
@@ -50,8 +58,21 @@ impl TopGrid {
         })
     }
 
+    /// The image of its cells with axes, for a page.
+    ///
+    /// # Errors
+    /// The image cannot be encoded.
+    pub fn plot(&self, image: &RgbaImage) -> Result<Plot, Failure> {
+        let [[left, right], [top, bottom]] = self.limits_mm();
+        let height = PLOT_WIDTH * (bottom - top) / (right - left);
+        let (x, y) = (Axis::new(left, right, "x, mm"), Axis::new(bottom, top, "y, mm"));
+        let mut plot = Plot::new(x, y, PLOT_WIDTH, height);
+        plot.backdrop(&data_uri("image/png", &encode_rgba_png(image)?));
+        Ok(plot)
+    }
+
     /// Its limits along x and along y, mm.
-    pub fn limits_mm(&self) -> [[f64; 2]; 2] {
+    fn limits_mm(&self) -> [[f64; 2]; 2] {
         let right_mm = self.left_mm + self.cell_mm * self.columns as f64;
         let bottom_mm = self.top_mm + self.cell_mm * self.rows as f64;
         [[self.left_mm, right_mm], [self.top_mm, bottom_mm]]
@@ -67,4 +88,20 @@ fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     if low < high { (low, high) } else { (0.0, 1.0) }
+}
+
+/// A point of a cloud.
+#[cfg(test)]
+pub fn point_at([x_mm, y_mm, z_mm]: [f64; 3]) -> scanning::CloudPoint {
+    scanning::CloudPoint {
+        x_mm,
+        y_mm,
+        z_mm,
+        order: 0,
+        frame: 0,
+        u_px: 0.0,
+        v_px: 0.0,
+        intensity: 0.0,
+        sigma_mm: 0.0,
+    }
 }

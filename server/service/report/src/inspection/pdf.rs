@@ -7,7 +7,7 @@ use scanning::Cloud;
 
 use super::{ABOUT_COLUMNS, ABOUT_MAP, COLUMNS, InspectionSheet, SIMULATED, VERDICTS};
 use crate::drawing::cloud_view::CloudView;
-use crate::drawing::deviation_map::{COLOURS, DeviationMap, microns};
+use crate::drawing::deviation_map::{DeviationMap, microns};
 use crate::drawing::paper::{Font, JpegImage, WIDTH_MM};
 use crate::drawing::raster::encode_jpeg;
 use crate::drawing::writer::{BLACK, GREY, MARGIN_MM, TEXT_CHARS, Writer, colour, wrapped};
@@ -88,12 +88,11 @@ fn write_map(writer: &mut Writer, map: &DeviationMap) -> Result<(), Failure> {
     let (image, [width_mm, height_mm]) = map.image();
     let [key_width, key_height] = KEY_MM;
     write_image(writer, &image, [width_mm, height_mm], 3.0 * key_height + 14.0)?;
-    for (idx, [red, green, blue]) in COLOURS.into_iter().enumerate() {
+    for (idx, (deviation_mm, [red, green, blue])) in map.stops().enumerate() {
         let left = MARGIN_MM + idx as f32 * key_width;
         let colour = [red, green, blue].map(|channel| f32::from(channel) / 255.0);
         writer.paper.rectangle([left, writer.y_mm, key_width, key_height], colour);
         if idx % 2 == 0 {
-            let deviation_mm = map.scale_mm() * (idx as f64 / 4.0 - 1.0);
             let below = [left, writer.y_mm + 2.0 * key_height];
             writer.paper.text(below, Font::Helvetica, 7.0, GREY, &microns(deviation_mm));
         }

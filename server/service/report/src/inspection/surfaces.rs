@@ -46,18 +46,18 @@ impl MeasuredSurface {
 /// The surfaces in a stored result, as `plan_json` wrote it. `plan`: the plan it was measured by.
 pub fn measured_surfaces(result: &Value, plan: &Plan) -> Vec<MeasuredSurface> {
     let frame = rigid(&result["datum_from_part"]);
-    let aligned_by = plan.alignment.as_ref().map_or_else(Vec::new, |alignment| {
-        alignment.datums().into_iter().flat_map(|datum| with_dependencies(plan, datum)).collect()
-    });
+    let datums = plan.alignment.as_ref().map_or(Vec::new(), |alignment| alignment.datums().into());
+    let aligns = plan.with_dependencies(&datums);
     let of_feature = |feature: &Value| {
         let id = feature["id"].as_str()?;
         let shape = shape(&feature["geometry"])?;
-        let selection = plan.features.iter().find(|planned| planned.id == id)?.shape.selection()?;
+        let idx = plan.features.iter().position(|planned| planned.id == id)?;
+        let selection = plan.features[idx].shape.selection()?;
         Some(MeasuredSurface {
-            shape: frame.as_ref().map_or(shape, |frame| in_part(shape, frame)),
+            shape: frame.as_ref().map_or(shape, |frame| shape.moved(&frame.inverse())),
             band_mm: (BAND_RMS * feature["rms_mm"].as_f64()?).max(LEAST_BAND_MM),
             region: selection.region,
-            region_frame: frame.filter(|_| !aligned_by.contains(&id)),
+            region_frame: frame.filter(|_| !aligns[idx]),
             orders: selection.orders.clone(),
         })
     };
@@ -71,20 +71,6 @@ pub(super) fn deviations_mm(cloud: &Cloud, surfaces: &[MeasuredSurface]) -> Vec<
         all.min_by(|a, b| a.abs().total_cmp(&b.abs())).map_or(f32::NAN, |deviation_mm| deviation_mm as f32)
     };
     cloud.points.iter().map(nearest).collect()
-}
-
-/// A feature and all that it depends on.
-fn with_dependencies<'a>(plan: &'a Plan, id: &'a str) -> Vec<&'a str> {
-    let mut ids = vec![id];
-    let mut next = 0;
-    while let Some(id) = ids.get(next) {
-        let feature = plan.features.iter().find(|feature| feature.id == *id);
-        let below = feature.map_or_else(Vec::new, |feature| feature.shape.depends_on());
-        let new: Vec<&str> = below.into_iter().filter(|below| !ids.contains(below)).collect();
-        ids.extend(new);
-        next += 1;
-    }
-    ids
 }
 
 /// A plane, its normal towards the camera, a sphere or a cylinder, as `plan_json` writes them.
@@ -110,25 +96,13 @@ fn rigid(pose: &Value) -> Option<Rigid<DatumFrame, PartFrame>> {
     Some(Rigid::new(Rotation3::from_matrix_unchecked(rotation), vector(&pose["translation_mm"])?))
 }
 
-fn in_part(shape: Shape, datum_from_part: &Rigid<DatumFrame, PartFrame>) -> Shape {
-    let part_from_datum = datum_from_part.inverse();
-    let at = |place: Vector3<f64>| part_from_datum.rotation * place + part_from_datum.translation_mm;
-    let to = |direction: Vector3<f64>| part_from_datum.rotation * direction;
-    match shape {
-        Shape::Plane { point_mm, normal } => Shape::Plane { point_mm: at(point_mm), normal: to(normal) },
-        Shape::Sphere { centre_mm, radius_mm } => Shape::Sphere { centre_mm: at(centre_mm), radius_mm },
-        Shape::Cylinder { point_mm, axis, radius_mm } => {
-            Shape::Cylinder { point_mm: at(point_mm), axis: to(axis), radius_mm }
-        }
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::drawing::point_at;
 
     /// A plane found in the datum frame, and one that the alignment depends on, found in the part frame.
     fn surfaces() -> Vec<MeasuredSurface> {
@@ -171,17 +145,7 @@ mod tests {
             ("between both", [0.0, 401.0], None),
         ];
         for (name, [x_mm, z_mm], expected) in cases {
-            let point = CloudPoint {
-                x_mm,
-                y_mm: 0.0,
-                z_mm,
-                order: 0,
-                frame: 0,
-                u_px: 0.0,
-                v_px: 0.0,
-                intensity: 0.0,
-                sigma_mm: 0.0,
-            };
+            let point = point_at([x_mm, 0.0, z_mm]);
             let cloud = Cloud { points: vec![point], comments: Vec::new() };
             let deviation_mm = deviations_mm(&cloud, &surfaces)[0];
             match expected {
