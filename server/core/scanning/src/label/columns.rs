@@ -19,8 +19,8 @@ pub struct Columns<'a> {
     of_blocks: Vec<Vec<usize>>,
 }
 
-/// Columns (rows) of a block: about the length of the sections of a piece.
-const BLOCK: i64 = 2 * SAMPLE_STRIDE_PX as i64;
+/// Columns (rows) of a block: twice the length of a section of a piece, so that few sections are in two blocks.
+const BLOCK_PX: i64 = 2 * SAMPLE_STRIDE_PX as i64;
 
 /// A piece where it crosses a column (row).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,8 @@ impl<'a> Columns<'a> {
     /// The pieces of `frame`, whose lines are given; `pieces` are ordered by frame.
     pub fn new(pieces: &'a [Piece], frame: usize, lines: &'a Centrelines, direction: LineDirection) -> Self {
         let own = pieces_of(pieces, frame);
-        let blocks = |piece: &Piece| piece.along.div_euclid(BLOCK)..(piece.end_along() - 1).div_euclid(BLOCK) + 1;
+        let blocks =
+            |piece: &Piece| piece.along.div_euclid(BLOCK_PX)..(piece.end_along() - 1).div_euclid(BLOCK_PX) + 1;
         let of_frame = pieces[own.clone()].iter().map(blocks);
         let first_block = of_frame.clone().map(|blocks| blocks.start).min().unwrap_or(0);
         let end_block = of_frame.clone().map(|blocks| blocks.end).max().unwrap_or(0);
@@ -53,7 +54,7 @@ impl<'a> Columns<'a> {
 
     /// All pieces that cross column (row) `along`.
     pub fn crossings(&self, along: i64) -> impl Iterator<Item = Crossing> {
-        let block = usize::try_from(along.div_euclid(BLOCK) - self.first_block).ok();
+        let block = usize::try_from(along.div_euclid(BLOCK_PX) - self.first_block).ok();
         let near = block.and_then(|block| self.of_blocks.get(block)).map_or(&[][..], Vec::as_slice);
         near.iter().filter_map(move |&piece| {
             let point = self.pieces[piece].point_at(self.lines, along)?;

@@ -125,10 +125,10 @@ pub fn label_frames(
         let are_certain = triangulator.calibration().orders.len() > 1;
         return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
-    let with_widths = frames.n_frames() > 1;
-    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, with_widths };
+    let is_scan = frames.n_frames() > 1;
+    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, with_widths: is_scan };
     let mut widths = None;
-    if frames.n_frames() > 1 {
+    if is_scan {
         let gather = |pieces, widths| gather_evidence(frames, motions, &travel, &view, (pieces, widths));
         let (whole, of_pieces, learned) = whole_pieces(gather(pieces, None)?, &view);
         let sections = sections::sections(&whole);
@@ -141,11 +141,11 @@ pub fn label_frames(
         gather_evidence(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
     let gather::features::FrameFeatures { pieces, samples, .. } = &features;
     let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
-    let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
+    let confirmation = is_scan.then_some(CONFIRMATION);
     let doubtful_by_strip = |labels: &[usize]| {
         let strips = gather::strips::strips(labels, samples, pieces, line_width_px, &partners, &reference_view);
         let lengths = lengths_pitches(samples, pieces, &strips);
-        solve::strip_test::doubtful_by_strip(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
+        solve::strip_test::doubtful_by_strip(&evidence, labels, &strips, &lengths, is_scan)
     };
     let (labels, accepted) = solve::inference::label_outcomes(&evidence, confirmation, doubtful_by_strip);
     let mut labels: Vec<Option<usize>> =
@@ -153,7 +153,7 @@ pub fn label_frames(
     let mut outcomes = accepted.clone();
     doubt_stubs(&features, &mut outcomes, &accepted, STUB_WIDTHS * line_width_px);
     let gather::features::FrameFeatures { mut pieces, widths_px, .. } = features;
-    if frames.n_frames() > 1 {
+    if is_scan {
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }

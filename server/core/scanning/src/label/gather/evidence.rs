@@ -135,6 +135,15 @@ impl Evidence {
         &all[first..first + n]
     }
 
+    /// Bonds and repeated observations of a piece under one label: the other piece, the label that it must have, and the
+    /// weight.
+    pub fn terms_under(&self, piece: usize, label: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let bonds = self.bonds[piece].iter().map(move |bond| (bond.piece, label, bond.weight));
+        let seen = self.observations_under(piece, label).iter();
+        let seen = seen.map(|seen| (seen.piece, usize::from(seen.label), seen.weight));
+        bonds.chain(seen).map(|(other, theirs, weight)| (other as usize, theirs, f64::from(weight)))
+    }
+
     /// Score of every label of `piece` per sample, given the marginals of all labels.
     pub fn scores(&self, piece: usize, marginals: &[f64], scores: &mut [f64]) {
         let n = self.n_labels;
@@ -213,14 +222,11 @@ impl Evidence {
 
     /// Score of `label` of `piece` per sample, given the labels of all pieces.
     pub fn score(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        let bonds = self.bonds[piece].iter().filter(|bond| labels[bond.piece as usize] == label);
-        let seen = self.observations_under(piece, label).iter();
-        let agreeing = seen.filter(|seen| labels[seen.piece as usize] == usize::from(seen.label));
+        let agreeing = self.terms_under(piece, label).filter(|(other, theirs, _)| labels[*other] == *theirs);
         let is_wrong =
             |rank: &&Rank| wrong_labels(rank.is_above, label, self.none()).contains(&labels[rank.piece as usize]);
         let wrong = self.ranks[piece].iter().filter(is_wrong);
-        let sum = bonds.map(|bond| f64::from(bond.weight)).sum::<f64>()
-            + agreeing.map(|seen| f64::from(seen.weight)).sum::<f64>()
+        let sum = agreeing.map(|(_, _, weight)| weight).sum::<f64>()
             - wrong.map(|rank| f64::from(rank.cost)).sum::<f64>();
         (self.unary[piece * self.n_labels + label] + sum) / self.sizes[piece]
     }

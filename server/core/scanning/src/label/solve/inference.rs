@@ -224,13 +224,9 @@ fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
         if labels[piece] == evidence.none() {
             continue;
         }
-        let bonds = evidence.bonds[piece].iter().map(|bond| (bond.piece, labels[piece], bond.weight));
-        let seen = evidence.observations_under(piece, labels[piece]).iter();
-        for (other, label, weight) in
-            bonds.chain(seen.map(|seen| (seen.piece, usize::from(seen.label), seen.weight)))
-        {
-            if weight > 0.0 && labels[other as usize] == label {
-                unions.join(piece, other as usize);
+        for (other, label, weight) in evidence.terms_under(piece, labels[piece]) {
+            if weight > 0.0 && labels[other] == label {
+                unions.join(piece, other);
             }
         }
     }

@@ -43,11 +43,9 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     let observed: Vec<bool> = (0..labels.len() * n).map(is_observed).collect();
     let mut unions = UnionFind::new(observed.len());
     for slot in (0..observed.len()).filter(|&slot| observed[slot]) {
-        let bonds = evidence.bonds[slot / n].iter().map(|bond| (bond.piece, slot % n, bond.weight));
-        let seen = evidence.observations_under(slot / n, slot % n).iter();
-        let seen = seen.map(|seen| (seen.piece, usize::from(seen.label), seen.weight));
-        for (piece, label, _) in bonds.chain(seen).filter(|(.., weight)| *weight > 0.0) {
-            let other = piece as usize * n + label;
+        let supporting = evidence.terms_under(slot / n, slot % n).filter(|(.., weight)| *weight > 0.0);
+        for (piece, label, _) in supporting {
+            let other = piece * n + label;
             if observed[other] {
                 unions.join(slot, other);
             }
