@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use optics::LightModelKind;
 
+use super::numbers::numbers;
+
 /// Light model on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum LightModelArg {
@@ -98,10 +100,10 @@ pub struct AxisArgs {
     pub output: PathBuf,
     /// Initial point on the axis, to a few millimetres, camera frame; default: that of the calibration, or the middle of
     /// its depth range in front of the camera.
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
-    pub near_mm: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    pub near_mm: Option<[f64; 3]>,
     /// Initial direction of the axis, to a few degrees; positive angles turn the part by the right-hand rule. Default:
     /// that of the calibration, or along the lines (upwards, or to the right).
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
-    pub along: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    pub along: Option<[f64; 3]>,
 }

@@ -3,6 +3,7 @@
 mod bench;
 mod calibrate;
 mod images;
+mod numbers;
 mod recording;
 mod scan;
 mod service;

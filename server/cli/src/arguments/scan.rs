@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::numbers::numbers;
+
 /// `sheaf scan`.
 #[derive(Debug, Args)]
 pub struct ScanArgs {
@@ -77,8 +79,8 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "MM", requires = "nominal_mm")]
     pub tolerance_mm: Option<f64>,
     /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
-    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_hyphen_values = true)]
-    pub region_mm: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<6>, allow_hyphen_values = true)]
+    pub region_mm: Option<[f64; 6]>,
     /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: Option<PathBuf>,
@@ -122,12 +124,11 @@ pub struct CompareArgs {
     #[arg(
         long,
         value_name = "X,Y,Z,RX,RY,RZ",
-        value_delimiter = ',',
-        num_args = 6,
+        value_parser = numbers::<6>,
         allow_hyphen_values = true,
         conflicts_with = "plan"
     )]
-    pub start: Option<Vec<f64>>,
+    pub start: Option<[f64; 6]>,
     /// Symmetric tolerance of the deviations; required for a verdict according to ISO 14253-1.
     #[arg(long, value_name = "MM")]
     pub tolerance_mm: Option<f64>,
@@ -138,8 +139,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "MM")]
     pub capture_mm: Option<f64>,
     /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
-    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_hyphen_values = true)]
-    pub region_mm: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<6>, allow_hyphen_values = true)]
+    pub region_mm: Option<[f64; 6]>,
     /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: Option<PathBuf>,

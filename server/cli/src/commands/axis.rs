@@ -24,8 +24,8 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     };
     let default = ([0.0, 0.0, 0.5 * (depths.near_mm + depths.far_mm)], along);
     let default = known.map_or(default, |axis| (axis.point_mm.into(), axis.direction.into()));
-    let near = vector(args.near_mm.as_deref(), default.0, "--near-mm")?;
-    let along = vector(args.along.as_deref(), default.1, "--along")?;
+    let near = Vector3::from(args.near_mm.unwrap_or(default.0));
+    let along = Vector3::from(args.along.unwrap_or(default.1));
     if along.norm() == 0.0 {
         return Err(Failure::new(FailureKind::BadParameter, "--along has no direction")
             .remedy("give a vector along the axis, such as 0,-1,0"));
@@ -69,14 +69,4 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
         "output": args.output,
     });
     Ok(Answer::done(text, json))
-}
-
-/// Three numbers, or the default.
-fn vector(given: Option<&[f64]>, default: [f64; 3], flag: &str) -> Result<Vector3<f64>, Failure> {
-    match given {
-        None => Ok(default.into()),
-        Some([x, y, z]) if [x, y, z].iter().all(|value| value.is_finite()) => Ok(Vector3::new(*x, *y, *z)),
-        Some(_) => Err(Failure::new(FailureKind::BadParameter, format!("{flag} needs three numbers"))
-            .remedy("give x, y and z of the camera frame, separated by commas")),
-    }
 }

@@ -34,7 +34,7 @@ pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         tolerance_mm: args.tolerance_mm,
         reach_mm: args.reach_mm,
         capture_mm: args.capture_mm,
-        region: args.region_mm.as_deref().map(region_between),
+        region: args.region_mm.map(region_between),
     };
     let comparison = compare(&cloud, calibration.as_ref(), &nominal, &request)
         .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
@@ -62,15 +62,15 @@ fn alignment(args: &CompareArgs) -> Result<AlignTo, Failure> {
     Ok(match (plan, args.best_fit) {
         (Some(plan), true) => AlignTo::DatumsThenSurface(plan),
         (Some(plan), false) => AlignTo::Datums(plan),
-        (None, _) => AlignTo::Surface { start: start(args.start.as_deref()) },
+        (None, _) => AlignTo::Surface { start: start(args.start) },
     })
 }
 
 /// Initial pose of the CAD model in the scan, from `--start`; identity by default.
-fn start(numbers: Option<&[f64]>) -> Rigid<DatumFrame, PartFrame> {
-    let at = |idx: usize| numbers.map_or(0.0, |numbers| numbers[idx]);
-    let turn = Rotation3::from_euler_angles(at(3).to_radians(), at(4).to_radians(), at(5).to_radians());
-    Rigid::<PartFrame, DatumFrame>::new(turn, Vector3::new(at(0), at(1), at(2))).inverse()
+fn start(pose: Option<[f64; 6]>) -> Rigid<DatumFrame, PartFrame> {
+    let [x, y, z, rx, ry, rz] = pose.unwrap_or_default();
+    let turn = Rotation3::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians());
+    Rigid::<PartFrame, DatumFrame>::new(turn, Vector3::new(x, y, z)).inverse()
 }
 
 fn map_csv(cloud: &Cloud, comparison: &Comparison) -> Vec<u8> {

@@ -39,7 +39,7 @@ pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
 }
 
 fn request(args: &MeasureArgs) -> MeasureRequest {
-    let region = args.region_mm.as_deref().map(region_between);
+    let region = args.region_mm.map(region_between);
     MeasureRequest {
         nominal_mm: args.nominal_mm,
         tolerance_mm: args.tolerance_mm,
@@ -50,9 +50,8 @@ fn request(args: &MeasureArgs) -> MeasureRequest {
 }
 
 /// The box between two corners: x, y, z of one, then of the other.
-pub fn region_between(corners_mm: &[f64]) -> Region {
-    let corner = |first: usize| [corners_mm[first], corners_mm[first + 1], corners_mm[first + 2]];
-    Region::between(corner(0), corner(3))
+pub fn region_between([x, y, z, other_x, other_y, other_z]: [f64; 6]) -> Region {
+    Region::between([x, y, z], [other_x, other_y, other_z])
 }
 
 /// All characteristics of a plan; the exit code is that of the part's verdict.
