@@ -16,7 +16,11 @@ PATIENCE_S = 120
 FIRST_AFTER_START = 10
 
 client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]))
-assert client.connect(), "no connection"
+# As any PLC, until the server has opened its doors after a start.
+begun = time.monotonic()
+while not client.connect():
+    assert time.monotonic() - begun < PATIENCE_S, "no connection"
+    time.sleep(0.1)
 
 
 def inputs(address, count):
