@@ -55,7 +55,8 @@ test(
     await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
     await page.getByRole("button", { name: "Start scan" }).waitFor();
 
-    // The set-up: fewer rows, as above.
+    // The set-up: fewer rows, as above. Its summary is complete as soon as the plan has been loaded.
+    await page.locator(".set-up summary", { hasText: "in steps of" }).waitFor();
     await tabTo(page, (await page.locator(".set-up summary").textContent()) ?? "");
     await page.keyboard.press("Enter");
     for (let presses = 0; presses < 3; presses += 1) await page.keyboard.press("Tab");
