@@ -3,9 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use metrology::{AlignTo, CompareRequest, Comparison, DatumFrame, Nominal, compare};
-use nalgebra::{Rotation3, Vector3};
-use optics::{PartFrame, Rigid};
+use metrology::{AlignTo, CompareRequest, Comparison, Nominal, compare};
 use pipeline::{Failure, Reporter};
 use report::tables::{comparison_json, comparison_text};
 use scanning::Cloud;
@@ -35,6 +33,7 @@ pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         reach_mm: args.reach_mm,
         capture_mm: args.capture_mm,
         region: args.region_mm.map(region_between),
+        surface_region: None,
     };
     let comparison = compare(&cloud, calibration.as_ref(), &nominal, &request)
         .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
@@ -62,15 +61,8 @@ fn alignment(args: &CompareArgs) -> Result<AlignTo, Failure> {
     Ok(match (plan, args.best_fit) {
         (Some(plan), true) => AlignTo::DatumsThenSurface(plan),
         (Some(plan), false) => AlignTo::Datums(plan),
-        (None, _) => AlignTo::Surface { start: start(args.start) },
+        (None, _) => AlignTo::surface_near(args.start.unwrap_or_default()),
     })
-}
-
-/// Initial pose of the CAD model in the scan, from `--start`; identity by default.
-fn start(pose: Option<[f64; 6]>) -> Rigid<DatumFrame, PartFrame> {
-    let [x, y, z, rx, ry, rz] = pose.unwrap_or_default();
-    let turn = Rotation3::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians());
-    Rigid::<PartFrame, DatumFrame>::new(turn, Vector3::new(x, y, z)).inverse()
 }
 
 fn map_csv(cloud: &Cloud, comparison: &Comparison) -> Vec<u8> {

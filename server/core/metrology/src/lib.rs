@@ -12,6 +12,7 @@ mod interface;
 mod measuring;
 pub mod params;
 mod plan;
+mod results;
 
 pub use interface::findings::{Finding, Missing};
 pub use interface::measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
@@ -23,18 +24,19 @@ pub use interface::verdict::{Limits, Verdict, verdict};
 pub use measuring::measure::measure;
 
 pub use cad::compare::compare;
-pub use cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
+pub use cad::comparison::{AlignTo, CompareRequest, Comparison};
 pub use cad::nominal::{Nominal, NominalError};
-pub use cad::statistics::{DeviationStatistics, WorstDeviation};
+pub use cad::statistics::{DeviationStatistics, LargestDeviation, WorstDeviation};
 pub use evaluation::alignment::DatumFrame;
-pub use evaluation::evaluate::evaluate;
 pub use evaluation::geometry::Geometry;
-pub use evaluation::result::{CharacteristicResult, FeatureResult, PlanResult};
 pub use plan::alignment::Alignment;
-pub use plan::characteristic::{Axis, Characteristic, Measure};
+pub use plan::characteristic::{Axis, Characteristic, Measure, ModelRef};
 pub use plan::check::PlanError;
 pub use plan::document::{Plan, PlanDocumentError, PlanFormat};
 pub use plan::feature::{Facing, Feature, FeatureShape, LineOf, PointOf, Selection};
+pub use results::evaluate::evaluate;
+pub use results::result::{CharacteristicResult, FeatureResult, PlanResult};
+pub use results::surface_profile::Models;
 
 #[cfg(test)]
 mod tests;

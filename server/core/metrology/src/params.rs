@@ -218,11 +218,14 @@ pub const DEFAULT_REACH_RELATIVE: f64 = 0.02;
 /// Default capture range: a fit begins with this fraction of the diagonal, so that the start pose may be off by as much.
 pub const DEFAULT_CAPTURE_RELATIVE: f64 = 0.06;
 
-/// Cells of a comparison along the diagonal of a part.
+/// Cells of a comparison along the diagonal of a part, unless a scan is too coarse for so many.
 pub const CELLS_PER_DIAGONAL: f64 = 150.0;
 
-/// Fewest points of a cell that is judged.
-pub const MIN_CELL_POINTS: usize = 3;
+/// Average number of points of a covered cell, at least: the noise of their mean is a third of theirs, half of it if correlated.
+pub const CELL_POINTS: f64 = 12.0;
+
+/// Fewest points of a cell that is judged: almost half of the average.
+pub const MIN_CELL_POINTS: usize = 5;
 
 /// Points of a comparison that are re-triangulated per calibration mode.
 pub const COMPARED_SYSTEMATIC_POINTS: usize = 2000;

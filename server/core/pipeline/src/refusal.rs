@@ -4,7 +4,7 @@ use std::path::Path;
 
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
-use metrology::{CompareError, MeasureError, NominalError, PlanDocumentError};
+use metrology::{MeasureError, NominalError, PlanDocumentError};
 use remedy::Remedy;
 use scanning::{FileError, ScanError};
 
@@ -54,20 +54,11 @@ impl From<ScanError> for Failure {
 impl From<MeasureError> for Failure {
     fn from(error: MeasureError) -> Self {
         let kind = match error {
-            MeasureError::CalibrationMismatch { .. } => FailureKind::BadInput,
+            MeasureError::CalibrationMismatch { .. } | MeasureError::ModelMissing { .. } => FailureKind::BadInput,
             MeasureError::BadNumber { .. } => FailureKind::BadParameter,
             _ => FailureKind::Unobservable,
         };
         failure_of(kind, &error)
-    }
-}
-
-impl From<CompareError> for Failure {
-    fn from(error: CompareError) -> Self {
-        match error {
-            CompareError::Measure(error) => error.into(),
-            _ => failure_of(FailureKind::Unobservable, &error),
-        }
     }
 }
 

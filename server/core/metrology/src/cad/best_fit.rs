@@ -8,9 +8,9 @@ use optics::{PartFrame, Rigid};
 use rayon::prelude::*;
 use statistics::{SIGMA_PER_MAD, median};
 
-use crate::cad::comparison::CompareError;
 use crate::cad::nominal::Nominal;
 use crate::evaluation::alignment::DatumFrame;
+use crate::interface::request::MeasureError;
 use crate::params::{BEST_FIT_LOCK_RATIO, BEST_FIT_MIN_POINTS, CAUCHY_SIGMAS, MIN_COSINE};
 
 /// Most iterations; each searches for the nearest surface points again.
@@ -101,18 +101,35 @@ fn scale(rows: &[Option<Row>]) -> f64 {
     (SIGMA_PER_MAD * median(&mut normalised).unwrap_or(1.0)).max(1.0)
 }
 
-/// Aligns the points with the surface from a nearby pose. A degree of freedom is locked if its standard uncertainty exceeds
-/// a tenth of `tolerance_mm`, or if the points constrain it far worse than the others.
+/// Aligns the points with the surface from a nearby pose. A degree of freedom is locked if the points constrain it far worse
+/// than the others, or if its standard uncertainty exceeds a tenth of `tolerance_mm` at the fitted pose: before, the
+/// residuals are those of a part that is not aligned yet, and say nothing about it.
 ///
 /// # Errors
-/// [`CompareError::NoOverlap`], [`CompareError::NotConverged`].
+/// [`MeasureError::NoOverlap`], [`MeasureError::NotConverged`].
 pub(crate) fn best_fit(
     nominal: &Nominal,
     points: &[FitPoint],
     start: &Rigid<DatumFrame, PartFrame>,
-    (capture_mm, reach_mm): (f64, f64),
+    reaches_mm: (f64, f64),
     tolerance_mm: Option<f64>,
-) -> Result<BestFit, CompareError> {
+) -> Result<BestFit, MeasureError> {
+    let (fit, rows) = converged(nominal, points, start, reaches_mm, None)?;
+    let kept = kept(&normal_equations(&rows).0, tolerance_mm.map(|tolerance_mm| tolerance_mm / 10.0 / fit.ratio));
+    if kept.locked.len() == fit.locked.len() {
+        return Ok(fit);
+    }
+    Ok(converged(nominal, points, start, reaches_mm, Some(&kept))?.0)
+}
+
+/// The fit on fixed degrees of freedom, or on those that the points constrain; and its last equations.
+fn converged(
+    nominal: &Nominal,
+    points: &[FitPoint],
+    start: &Rigid<DatumFrame, PartFrame>,
+    (capture_mm, reach_mm): (f64, f64),
+    fixed: Option<&Freedoms>,
+) -> Result<(BestFit, Vec<Option<Row>>), MeasureError> {
     let mut pose = *start;
     let mut reach = capture_mm.max(reach_mm);
     for _ in 0..MAX_STEPS {
@@ -120,26 +137,24 @@ pub(crate) fn best_fit(
         let rows = rows(nominal, points, &pose, (&middle, lever_mm), reach);
         let n_points = rows.iter().flatten().count();
         if n_points < BEST_FIT_MIN_POINTS {
-            return Err(CompareError::NoOverlap { n_points, reach_mm: reach });
+            return Err(MeasureError::NoOverlap { n_points, reach_mm: reach });
         }
         let (hessian, gradient) = normal_equations(&rows);
-        let constrained = constrained(&hessian, scale(&rows), tolerance_mm);
-        let step = -(constrained.inverse * gradient);
+        let of_points = fixed.is_none().then(|| kept(&hessian, None));
+        let Freedoms { basis, locked } = fixed.or(of_points.as_ref()).expect("one of the two is given");
+        let inverse = restricted_inverse(&hessian, basis);
+        let step = -(inverse * gradient);
         pose = moved(&pose, &step, &middle, lever_mm);
         let is_whole = reach <= reach_mm;
         reach = (reach * REACH_SHRINK).max(reach_mm);
         if is_whole && step.norm() <= STEP_TOLERANCE_MM {
             let square: f64 = rows.iter().flatten().map(|row| row.residual_mm * row.residual_mm).sum();
-            return Ok(BestFit {
-                pose,
-                inverse: constrained.inverse,
-                ratio: scale(&rows),
-                rms_mm: (square / n_points as f64).sqrt(),
-                locked: constrained.locked,
-            });
+            let rms_mm = (square / n_points as f64).sqrt();
+            let fit = BestFit { pose, inverse, ratio: scale(&rows), rms_mm, locked: locked.clone() };
+            return Ok((fit, rows));
         }
     }
-    Err(CompareError::NotConverged)
+    Err(MeasureError::NotConverged)
 }
 
 /// Centroid of the points in the datum frame, and their RMS distance from it.
@@ -172,26 +187,43 @@ pub(crate) fn normal_equations(rows: &[Option<Row>]) -> (Matrix6<f64>, Vector6<f
     })
 }
 
-struct Constrained {
-    inverse: Matrix6<f64>,
+/// Degrees of freedom of a fit.
+struct Freedoms {
+    /// Those that are fitted.
+    basis: Vec<Vector6<f64>>,
+    /// Description of each of the others.
     locked: Vec<String>,
 }
 
-/// H⁻¹ on the degrees of freedom that the points constrain.
-fn constrained(hessian: &Matrix6<f64>, ratio: f64, tolerance_mm: Option<f64>) -> Constrained {
+/// The degrees of freedom that the points constrain well enough; `most_sigma_mm`: the largest permitted σ of one.
+fn kept(hessian: &Matrix6<f64>, most_sigma_mm: Option<f64>) -> Freedoms {
     let SymmetricEigen { eigenvalues, eigenvectors } = hessian.symmetric_eigen();
     let least = BEST_FIT_LOCK_RATIO * eigenvalues.max();
-    let mut constrained = Constrained { inverse: Matrix6::zeros(), locked: Vec::new() };
+    let mut freedoms = Freedoms { basis: Vec::new(), locked: Vec::new() };
     for k in 0..6 {
         let (value, vector) = (eigenvalues[k], eigenvectors.column(k).into_owned());
-        let sigma_mm = ratio / value.max(f64::MIN_POSITIVE).sqrt();
-        if value > least && tolerance_mm.is_none_or(|tolerance_mm| sigma_mm <= tolerance_mm / 10.0) {
-            constrained.inverse += vector * vector.transpose() / value;
+        let sigma_mm = value.max(f64::MIN_POSITIVE).sqrt().recip();
+        if value > least && most_sigma_mm.is_none_or(|most_mm| sigma_mm <= most_mm) {
+            freedoms.basis.push(vector);
         } else {
-            constrained.locked.push(freedom(&vector));
+            freedoms.locked.push(freedom(&vector));
         }
     }
-    constrained
+    freedoms
+}
+
+/// B(BᵀHB)⁻¹Bᵀ: the inverse of H on the subspace spanned by the columns of B.
+pub(crate) fn restricted_inverse(hessian: &Matrix6<f64>, basis: &[Vector6<f64>]) -> Matrix6<f64> {
+    let n = basis.len();
+    let small = nalgebra::DMatrix::from_fn(n, n, |i, j| (basis[i].transpose() * hessian * basis[j])[(0, 0)]);
+    let Some(inverse) = small.try_inverse() else { return Matrix6::zeros() };
+    let mut full = Matrix6::zeros();
+    for i in 0..n {
+        for j in 0..n {
+            full += basis[i] * basis[j].transpose() * inverse[(i, j)];
+        }
+    }
+    full
 }
 
 /// Description of a motion.

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use optics::{Calibration, PartFrame, Rigid};
 
-use crate::cad::best_fit::{self, BestFit, FitPoint, Row, slopes};
+use crate::cad::best_fit::{self, BestFit, FitPoint, Row, restricted_inverse, slopes};
 use crate::cad::cell_means::ComparedPoint;
-use crate::cad::comparison::CompareError;
 use crate::cad::nominal::Nominal;
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::datum_pose::DatumPose;
 use crate::fitting::sample::{Samples, thinned};
+use crate::interface::request::MeasureError;
 use crate::interface::shape::Shape;
 use crate::measuring::systematic::Retriangulation;
 use crate::params::{COMPARED_SYSTEMATIC_POINTS, FOOTPRINT_FACTOR, MIN_NOISE_RATIO};
@@ -56,7 +56,7 @@ impl CommonErrors {
         calibration: Option<&Calibration>,
         alignment: &ComparisonPose,
         reach_mm: f64,
-    ) -> Result<Self, CompareError> {
+    ) -> Result<Self, MeasureError> {
         let mut shared = Self { by_order: BTreeMap::new(), is_known: false, has_failed: false };
         let Some(calibration) = calibration else { return Ok(shared) };
         let few = thinned(&samples.indices(), COMPARED_SYSTEMATIC_POINTS);
@@ -137,20 +137,6 @@ impl CommonErrors {
         let nearest = beside.min_by_key(|(at, ..)| at.abs_diff(idx));
         nearest.map_or((0.0, 0.0), |(_, along_mm, of_sigma_mm)| (*along_mm, *of_sigma_mm))
     }
-}
-
-/// B(BᵀHB)⁻¹Bᵀ: the inverse of H on the subspace spanned by the columns of B.
-fn restricted_inverse(hessian: &Matrix6<f64>, basis: &[Vector6<f64>]) -> Matrix6<f64> {
-    let n = basis.len();
-    let small = nalgebra::DMatrix::from_fn(n, n, |i, j| (basis[i].transpose() * hessian * basis[j])[(0, 0)]);
-    let Some(inverse) = small.try_inverse() else { return Matrix6::zeros() };
-    let mut full = Matrix6::zeros();
-    for i in 0..n {
-        for j in 0..n {
-            full += basis[i] * basis[j].transpose() * inverse[(i, j)];
-        }
-    }
-    full
 }
 
 /// Standard uncertainty of a deviation, mm (eq. 17).

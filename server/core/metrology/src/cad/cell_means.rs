@@ -1,15 +1,11 @@
-//! ComparedPoint points, and their mean deviation per cell of the surface.
+//! Compared points, and their mean deviation per cell of the surface.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::cad::areas::Cells;
 use crate::cad::budget::Budget;
-use crate::cad::nominal::Nominal;
 use crate::cad::statistics::{DeviationStatistics, WorstDeviation, weighted};
-use crate::interface::part_verdict::PartVerdict;
-use crate::interface::verdict::Limits;
-use crate::measuring::measure::verdict_if_proven;
 use crate::params::{COVERAGE_FACTOR, MIN_CELL_POINTS, N_WORST_DEVIATIONS, WORST_DEVIATION_CELLS};
 
 /// A cloud point with the nearest point of the surface.
@@ -28,12 +24,23 @@ pub(crate) struct ComparedPoint {
 /// Mean deviation of a cell.
 #[derive(Clone, Copy)]
 pub(crate) struct CellMean {
-    cell: u32,
+    pub(crate) cell: u32,
     area_mm2: f64,
     at: Vector3<f64>,
-    deviation_mm: f64,
-    u_mm: f64,
+    pub(crate) deviation_mm: f64,
+    pub(crate) u_noise_mm: f64,
+    pub(crate) u_shared_mm: f64,
     n_points: usize,
+}
+
+impl CellMean {
+    pub(crate) fn expanded_uncertainty_mm(&self) -> f64 {
+        COVERAGE_FACTOR * self.u_noise_mm.hypot(self.u_shared_mm)
+    }
+
+    pub(crate) fn is_judged(&self) -> bool {
+        self.n_points >= MIN_CELL_POINTS
+    }
 }
 
 /// The mean deviations of all cells with points; also counts the points of every cell.
@@ -68,7 +75,8 @@ pub(crate) fn cell_means(
             area_mm2: cells.cells[idx].area_mm2,
             at: at / n,
             deviation_mm: deviation / n,
-            u_mm: (noise / n / n_independent + shared / n).sqrt(),
+            u_noise_mm: (noise / n / n_independent).sqrt(),
+            u_shared_mm: (shared / n).sqrt(),
             n_points,
         });
     }
@@ -76,7 +84,6 @@ pub(crate) fn cell_means(
 }
 
 pub(crate) fn statistics(
-    nominal: &Nominal,
     cells: &Cells,
     compared: &[ComparedPoint],
     cell_means: &[CellMean],
@@ -92,10 +99,9 @@ pub(crate) fn statistics(
     let end = |of: Option<&(f32, f32)>| of.map_or(f64::NAN, |(d, _)| f64::from(*d));
     let beyond = |by: &dyn Fn(&CellMean, f64) -> bool| {
         tolerance_mm.map(|tolerance_mm| {
-            let out = cell_means
-                .iter()
-                .filter(|cell_mean| cell_mean.n_points >= MIN_CELL_POINTS && by(cell_mean, tolerance_mm));
-            out.map(|cell_mean| cell_mean.area_mm2).sum()
+            let out = cell_means.iter().filter(|cell_mean| cell_mean.is_judged() && by(cell_mean, tolerance_mm));
+            // Not by `sum`, which gives −0 for none.
+            out.fold(0.0, |area, cell_mean| area + cell_mean.area_mm2)
         })
     };
     DeviationStatistics {
@@ -106,32 +112,18 @@ pub(crate) fn statistics(
         std_mm,
         range_mm: [end(deviations.first()), end(deviations.last())],
         percentiles_mm,
-        area_mm2: nominal.area_mm2,
+        area_mm2: cells.area_mm2(),
         covered_mm2: cell_means.iter().map(|cell_mean| cell_mean.area_mm2).sum(),
         out_of_tolerance_mm2: beyond(&|cell_mean, tolerance_mm| cell_mean.deviation_mm.abs() > tolerance_mm),
         surely_out_of_tolerance_mm2: beyond(&|cell_mean, tolerance_mm| {
-            cell_mean.deviation_mm.abs() - COVERAGE_FACTOR * cell_mean.u_mm > tolerance_mm
+            cell_mean.deviation_mm.abs() - cell_mean.expanded_uncertainty_mm() > tolerance_mm
         }),
     }
 }
 
-/// The verdict on the covered surface: the worst verdict of its cells.
-pub(crate) fn verdict(cell_means: &[CellMean], tolerance_mm: f64, is_proven: bool) -> PartVerdict {
-    let limits = Limits::symmetric(tolerance_mm);
-    let of = |cell_mean: &CellMean| {
-        verdict_if_proven(cell_mean.deviation_mm, &limits, COVERAGE_FACTOR * cell_mean.u_mm, is_proven)
-    };
-    let all = cell_means
-        .iter()
-        .filter(|cell_mean| cell_mean.n_points >= MIN_CELL_POINTS)
-        .map(|cell_mean| of(cell_mean).into());
-    all.max().unwrap_or(PartVerdict::Invalid)
-}
-
 /// The cells with the largest deviations, at a minimum distance from each other.
 pub(crate) fn worst(cell_means: &[CellMean], side_mm: f64) -> Vec<WorstDeviation> {
-    let mut sorted: Vec<&CellMean> =
-        cell_means.iter().filter(|cell_mean| cell_mean.n_points >= MIN_CELL_POINTS).collect();
+    let mut sorted: Vec<&CellMean> = cell_means.iter().filter(|cell_mean| cell_mean.is_judged()).collect();
     sorted
         .sort_unstable_by(|a, b| b.deviation_mm.abs().total_cmp(&a.deviation_mm.abs()).then(a.cell.cmp(&b.cell)));
     let mut worst: Vec<&CellMean> = Vec::new();
@@ -146,7 +138,7 @@ pub(crate) fn worst(cell_means: &[CellMean], side_mm: f64) -> Vec<WorstDeviation
     let of = |cell_mean: &&CellMean| WorstDeviation {
         at_mm: cell_mean.at.into(),
         deviation_mm: cell_mean.deviation_mm,
-        expanded_uncertainty_mm: COVERAGE_FACTOR * cell_mean.u_mm,
+        expanded_uncertainty_mm: cell_mean.expanded_uncertainty_mm(),
         n_points: cell_mean.n_points,
     };
     worst.iter().map(of).collect()

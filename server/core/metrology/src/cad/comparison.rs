@@ -1,16 +1,13 @@
 //! Request and result of a comparison with CAD data.
 
-use std::borrow::Cow;
-
+use nalgebra::{Rotation3, Vector3};
 use optics::{PartFrame, Rigid};
-use remedy::Remedy;
 
-use crate::cad::statistics::{DeviationStatistics, WorstDeviation};
+use crate::cad::statistics::{DeviationStatistics, LargestDeviation, WorstDeviation};
 use crate::evaluation::alignment::DatumFrame;
 use crate::interface::findings::Missing;
 use crate::interface::part_verdict::PartVerdict;
 use crate::interface::region::Region;
-use crate::interface::request::MeasureError;
 use crate::plan::document::Plan;
 
 /// How a scan is aligned with its nominal surface.
@@ -27,6 +24,15 @@ pub enum AlignTo {
     DatumsThenSurface(Box<Plan>),
 }
 
+impl AlignTo {
+    /// By best fit, from an approximate pose of the model in the scan: x, y, z (mm), then rotations about x, y, z (degrees),
+    /// applied in this order.
+    pub fn surface_near([x, y, z, rx, ry, rz]: [f64; 6]) -> Self {
+        let turn = Rotation3::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians());
+        Self::Surface { start: Rigid::<PartFrame, DatumFrame>::new(turn, Vector3::new(x, y, z)).inverse() }
+    }
+}
+
 /// How a cloud is compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareRequest {
@@ -40,6 +46,8 @@ pub struct CompareRequest {
     pub capture_mm: Option<f64>,
     /// Points outside this region (part frame) are ignored.
     pub region: Option<Region>,
+    /// Part of the surface (datum frame) that is compared; all of it if absent. A best fit uses the whole surface.
+    pub surface_region: Option<Region>,
 }
 
 /// Result of a comparison.
@@ -55,6 +63,8 @@ pub struct Comparison {
     pub statistics: DeviationStatistics,
     /// The largest deviations, largest first.
     pub worst: Vec<WorstDeviation>,
+    /// The largest deviation to either side; `None` if no cell of the surface has enough points.
+    pub largest: Option<LargestDeviation>,
     /// Signed distance of every point of the cloud, mm: positive outside; NaN where there is no surface to compare with.
     pub deviations_mm: Vec<f32>,
     /// Its standard uncertainty, mm.
@@ -67,33 +77,4 @@ pub struct Comparison {
     pub verdict: Option<PartVerdict>,
     /// Remarks for the reader, in sentences.
     pub notes: Vec<String>,
-}
-
-/// Why a comparison could not be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CompareError {
-    /// The scan and the surface do not overlap.
-    #[error("{n_points} points lie within {reach_mm:.2} mm of the surface")]
-    NoOverlap {
-        /// Points within reach.
-        n_points: usize,
-        /// The reach.
-        reach_mm: f64,
-    },
-    /// The fit did not converge.
-    #[error("the best fit did not converge")]
-    NotConverged,
-    /// The datums or the cloud could not be measured.
-    #[error(transparent)]
-    Measure(#[from] MeasureError),
-}
-
-impl Remedy for CompareError {
-    fn remedy(&self) -> Option<Cow<'_, str>> {
-        match self {
-            Self::NoOverlap { .. } => Some("give a start pose closer to the part, or align by datums".into()),
-            Self::NotConverged => Some("align by datums, or give a start pose closer to the part".into()),
-            Self::Measure(error) => error.remedy(),
-        }
-    }
 }

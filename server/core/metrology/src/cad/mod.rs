@@ -6,6 +6,7 @@ pub(crate) mod budget;
 pub(crate) mod cell_means;
 pub(crate) mod compare;
 pub(crate) mod comparison;
+pub(crate) mod largest;
 pub(crate) mod nominal;
 pub(crate) mod statistics;
 pub(crate) mod tree;

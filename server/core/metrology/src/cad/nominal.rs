@@ -148,6 +148,24 @@ impl Nominal {
         })
     }
 
+    /// Number of triangles, without degenerate ones.
+    pub fn n_triangles(&self) -> usize {
+        self.facets.len()
+    }
+
+    /// Smallest and largest x, y, z, mm.
+    pub fn bounds_mm(&self) -> [[f64; 3]; 2] {
+        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let corners = self.facets.iter().flat_map(|facet| &facet.corners);
+        let (low, high) = corners.fold(start, |(low, high), corner| (low.inf(corner), high.sup(corner)));
+        [low.into(), high.into()]
+    }
+
+    /// Area, mm².
+    pub fn area_mm2(&self) -> f64 {
+        self.area_mm2
+    }
+
     /// The nearest surface point on a facet that faces the camera (against `ray`), within a squared distance; `guess`: the
     /// facet nearest to a neighbouring point.
     pub(crate) fn nearest(

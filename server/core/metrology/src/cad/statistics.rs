@@ -1,5 +1,7 @@
 //! Statistics of deviations, weighted by area.
 
+use crate::params::COVERAGE_FACTOR;
+
 /// Deviations of the covered surface, weighted by area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviationStatistics {
@@ -17,7 +19,7 @@ pub struct DeviationStatistics {
     pub range_mm: [f64; 2],
     /// Percentiles 2.5 %, 50 % and 97.5 % of the area, mm.
     pub percentiles_mm: [f64; 3],
-    /// Area of the whole surface, mm².
+    /// Area of the surface, or of the part of it that is compared, mm².
     pub area_mm2: f64,
     /// Area covered by points, mm².
     pub covered_mm2: f64,
@@ -38,6 +40,26 @@ pub struct WorstDeviation {
     pub expanded_uncertainty_mm: f64,
     /// Points in the cell.
     pub n_points: usize,
+}
+
+/// The largest deviation of any cell of the surface, corrected for noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestDeviation {
+    /// Its magnitude, mm.
+    pub deviation_mm: f64,
+    /// What noise added to the largest mean of a cell, mm; it is subtracted.
+    pub noise_mm: f64,
+    /// Standard uncertainty from the noise of the points, mm.
+    pub u_noise_mm: f64,
+    /// Standard uncertainty from errors common to the points, mm.
+    pub u_shared_mm: f64,
+}
+
+impl LargestDeviation {
+    /// U (k = 2), mm.
+    pub fn expanded_uncertainty_mm(&self) -> f64 {
+        COVERAGE_FACTOR * self.u_noise_mm.hypot(self.u_shared_mm)
+    }
 }
 
 /// Mean, RMS and standard deviation of weighted deviations, and their percentiles 2.5 %, 50 % and 97.5 %.

@@ -36,7 +36,8 @@ pub(crate) fn forms(chain: &Chain) -> (Vec<Form>, Vec<Vec<Vector3<f64>>>) {
         if !measure.is_deviation() || matches!(measure, Measure::Position { .. }) {
             continue;
         }
-        let Some(feature) = chain.plan.feature_idx(measure.features()[0]) else { continue };
+        let toleranced = measure.features().first().and_then(|id| chain.plan.feature_idx(id));
+        let Some(feature) = toleranced else { continue };
         let form = match &chain.fitted[feature] {
             Ok(Fitted::Surface(found)) => {
                 let mut plane: FeatureFit = found.clone();

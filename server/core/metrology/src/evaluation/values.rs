@@ -182,6 +182,8 @@ pub(crate) fn components(
             Geometry::Slot { length_mm, .. } => *length_mm,
             _ => return None,
         },
+        // Not a function of features.
+        Measure::SurfaceProfile { .. } => return None,
     };
     value.is_finite().then(|| Vector3::new(value, 0.0, 0.0))
 }

@@ -146,6 +146,23 @@ pub enum MeasureError {
         /// Its standard uncertainty.
         u_mm: f64,
     },
+    /// The cloud and a nominal surface do not overlap.
+    #[error("{n_points} points lie within {reach_mm:.2} mm of the surface")]
+    NoOverlap {
+        /// Points within reach.
+        n_points: usize,
+        /// The reach.
+        reach_mm: f64,
+    },
+    /// The best fit with a nominal surface did not converge.
+    #[error("the best fit did not converge")]
+    NotConverged,
+    /// The model of a nominal surface is not available.
+    #[error("the model {name} is missing")]
+    ModelMissing {
+        /// Its name in the plan.
+        name: String,
+    },
     /// The calibration does not reproduce the cloud.
     #[error(
         "the calibration does not belong to this cloud: its pixels triangulate {median_mm:.3} mm (median) away from its points"
@@ -182,6 +199,9 @@ impl Remedy for MeasureError {
             Self::NotDetermined { .. } => "choose other features".into(),
             Self::Missing { .. } => "correct that feature first".into(),
             Self::RadiusUndetermined { .. } => "scan more of the curve".into(),
+            Self::NoOverlap { .. } => "give a start pose closer to the part, or align by datums".into(),
+            Self::NotConverged => "align by datums, or give a start pose closer to the part".into(),
+            Self::ModelMissing { .. } => "give the model again: its content is named by its SHA-256".into(),
             Self::CalibrationMismatch { .. } => "give the calibration the scan was made with".into(),
             Self::BadNumber { condition, .. } => format!("give a finite number{condition}").into(),
         })

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::interface::measurement::Unit;
+use crate::interface::region::Region;
 
 /// A characteristic of a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,6 +54,16 @@ impl Axis {
             Self::Z => 2,
         }
     }
+}
+
+/// A CAD model, named by its content, so that a plan always means the same surface.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModelRef {
+    /// Name of its file: STL, GLB or PLY.
+    pub name: String,
+    /// SHA-256 of the file, 64 hexadecimal digits.
+    pub sha256: String,
 }
 
 /// What is measured; `of`, `from` and similar fields name features.
@@ -135,6 +146,26 @@ pub enum Measure {
         /// The section.
         of: String,
     },
+    /// Twice the largest deviation of the covered surface from that of a CAD model: the width of the zone about the nominal
+    /// surface that contains it (ISO 1101, profile of any surface). Deviations are means over cells of the
+    /// surface with about 12 points or more.
+    SurfaceProfile {
+        /// The model, in the datum frame.
+        model: ModelRef,
+        /// Aligned by best fit of all points: from the datums, or from `start` in a plan without an alignment. What a best
+        /// fit absorbs does not appear in the deviations.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        best_fit: bool,
+        /// Approximate pose of the model in the scan: x, y, z (mm), rotations about x, y, z (degrees).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        start: Option<[f64; 6]>,
+        /// Part of the surface that is toleranced, in the frame of the model; all of it if absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        region: Option<Region>,
+        /// Points further from the surface do not belong to it, mm; 2 % of the model's diagonal if absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reach_mm: Option<f64>,
+    },
     /// Distance between two rims, along the reference surface and across the seam.
     Gap {
         /// The rim it is measured from: an edge, a line, or a cylinder (a rolled edge).
@@ -188,6 +219,7 @@ impl Measure {
             Self::Perpendicularity { .. } => "perpendicularity",
             Self::Flatness { .. } => "flatness",
             Self::Profile { .. } => "profile",
+            Self::SurfaceProfile { .. } => "surface_profile",
             Self::Gap { .. } => "gap",
             Self::Flush { .. } => "flush",
             Self::GrooveDepth { .. } => "groove_depth",
@@ -219,6 +251,7 @@ impl Measure {
             Self::Flush { reference, surface, at } => {
                 [reference, surface].into_iter().chain(at).map(|id| &**id).collect()
             }
+            Self::SurfaceProfile { .. } => Vec::new(),
             Self::GrooveDepth { floor, shoulders } => vec![floor, &shoulders[0], &shoulders[1]],
         }
     }
@@ -244,6 +277,7 @@ impl Measure {
                 | Self::Position { .. }
                 | Self::Gap { .. }
                 | Self::Length { .. }
+                | Self::SurfaceProfile { .. }
         )
     }
 
@@ -256,6 +290,7 @@ impl Measure {
                 | Self::Perpendicularity { .. }
                 | Self::Flatness { .. }
                 | Self::Profile { .. }
+                | Self::SurfaceProfile { .. }
         )
     }
 }

@@ -225,6 +225,7 @@ impl Plan {
             }
             Measure::Coordinate { of, .. } | Measure::Position { of, .. } => needs(of, &[Kind::Point])?,
             Measure::Profile { of } => needs(of, &[Kind::Section])?,
+            Measure::SurfaceProfile { .. } => self.check_surface_profile(measure, at)?,
             Measure::Gap { from, to, surface } => {
                 [from, to].iter().try_for_each(|id| needs(id, &[Kind::Line]))?;
                 needs(surface, &[Kind::Plane])?;
@@ -251,6 +252,36 @@ impl Plan {
             return Err(error(at("/measure"), "there is no datum frame to measure in".into(), "add an alignment"));
         }
         check_limits(characteristic, at)
+    }
+
+    fn check_surface_profile(&self, measure: &Measure, at: impl Fn(&str) -> String) -> Result<(), PlanError> {
+        let Measure::SurfaceProfile { model, best_fit, start, region, reach_mm } = measure else { return Ok(()) };
+        let is_hash = model.sha256.len() == 64 && model.sha256.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let is_file_name = !model.name.is_empty() && !model.name.contains(['/', '\\']);
+        if !is_hash || !is_file_name {
+            let detail =
+                "a model has the name of a file, without a folder, and a SHA-256 of 64 hexadecimal digits";
+            return Err(error(at("/measure/model"), detail.into(), "give both as the list of models shows them"));
+        }
+        if self.alignment.is_none() && !best_fit {
+            let detail = "there is no datum frame in which the model lies";
+            return Err(error(at("/measure"), detail.into(), "add an alignment, or align by best_fit"));
+        }
+        if start.is_some() && (self.alignment.is_some() || !best_fit) {
+            let detail = "a start pose serves a best fit in a plan without an alignment";
+            return Err(error(at("/measure/start"), detail.into(), "omit it"));
+        }
+        let is_number = |start: &[f64; 6]| start.iter().all(|number| number.is_finite());
+        if !start.as_ref().is_none_or(is_number) {
+            return Err(error(at("/measure/start"), "a number is not finite".into(), "give finite numbers"));
+        }
+        if let Some(fault) = region.and_then(|region| region.fault()) {
+            return Err(error(at("/measure/region"), fault.into(), "correct the numbers"));
+        }
+        if reach_mm.is_some_and(|reach_mm| !(reach_mm.is_finite() && reach_mm > 0.0)) {
+            return Err(error(at("/measure/reach_mm"), "not a distance".into(), "give a number above 0"));
+        }
+        Ok(())
     }
 
     fn shape_is(&self, id: &str, allowed: &[&str], pointer: String) -> Result<(), PlanError> {

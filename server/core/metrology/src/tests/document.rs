@@ -115,7 +115,7 @@ fn without_a_calibration_nothing_is_decided_and_missing_contributions_are_named(
     let plan = read(&block(height(&json!({
         "nominal_mm": 8.9, "lower": -0.5, "upper": 1.0, "attributes": { "k2002": "height", "n": 7 } }))))
     .unwrap();
-    let result = evaluate(&plan, &gauge(8.9, SIGMA_MM, 1), None).unwrap();
+    let result = evaluate(&plan, &gauge(8.9, SIGMA_MM, 1), None, &Models::new()).unwrap();
     let height = &result.characteristics[0];
     assert_eq!((height.verdict, result.verdict), (Some(PartVerdict::Undecided), PartVerdict::Undecided));
     assert!(height.missing.contains(&Missing::Calibration), "{:?}", height.missing);
@@ -146,7 +146,7 @@ fn one_sided_limits_judge_one_side_and_a_missing_feature_is_invalid() {
         // Without limits the part must not be accepted.
         (json!({}), "hole", PartVerdict::Invalid),
     ] {
-        let result = evaluate(&plan(limits.clone(), id), &cloud, Some(&calibration)).unwrap();
+        let result = evaluate(&plan(limits.clone(), id), &cloud, Some(&calibration), &Models::new()).unwrap();
         assert_eq!(result.verdict, verdict, "{limits} {id}: {:?}", result.characteristics[0]);
         assert_eq!(result.characteristics[0].failure.is_some(), id == "cup");
     }
@@ -161,7 +161,7 @@ fn points_are_selected_by_order_and_by_surface_direction() {
     let points = |select: Value| {
         let plan = json!({ "format": "sheaf-plan/1", "characteristics": [],
             "features": [{ "id": "any", "shape": { "type": "plane", "select": select } }] });
-        let result = evaluate(&read(&plan).unwrap(), &cloud, Some(&calibration)).unwrap();
+        let result = evaluate(&read(&plan).unwrap(), &cloud, Some(&calibration), &Models::new()).unwrap();
         result.features[0].cloud_indices.iter().map(|idx| cloud.points[*idx as usize]).collect::<Vec<_>>()
     };
     let of_one = points(json!({ "orders": [1] }));

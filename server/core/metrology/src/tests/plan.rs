@@ -137,7 +137,7 @@ pub(super) fn errors_of(
         .map(|seed| {
             let pose = part_from_datum(seed);
             let (cloud, calibration) = shaped_scan(surface, &pose, seed, scan);
-            let result = evaluate(&plan(&pose), &cloud, Some(&calibration)).unwrap();
+            let result = evaluate(&plan(&pose), &cloud, Some(&calibration), &Models::new()).unwrap();
             let of = |(result, (_, truth)): (&CharacteristicResult, &(Value, f64))| {
                 assert!(result.failure.is_none(), "seed {seed}: {} {:?}", result.measure, result.failure);
                 assert!(result.missing.is_empty(), "seed {seed}: {} {:?}", result.measure, result.missing);
@@ -222,7 +222,7 @@ fn centres_lie_at_their_true_positions() {
             .map(|seed| {
                 let pose = part_from_datum(seed);
                 let (cloud, calibration) = shaped_scan(&TestPart, &pose, seed, &scan);
-                let result = evaluate(&test_plan(&pose, &[]), &cloud, Some(&calibration)).unwrap();
+                let result = evaluate(&test_plan(&pose, &[]), &cloud, Some(&calibration), &Models::new()).unwrap();
                 // From the fitted to the true datum frame.
                 let made_from_found = pose.inverse() * result.datum_from_part.unwrap().inverse();
                 let centre = |id: &str| {

@@ -31,8 +31,9 @@ fn speed_of_ten_characteristics_on_a_million_points() {
     let (cloud, calibration) = shaped_scan(&TestPart, &pose, 1, &MILLION);
     let ten: Vec<_> = characteristics().into_iter().take(10).collect();
     let plan = test_plan(&pose, &ten);
-    let seconds =
-        shortest_s(|| assert_eq!(evaluate(&plan, &cloud, Some(&calibration)).unwrap().characteristics.len(), 10));
+    let seconds = shortest_s(|| {
+        assert_eq!(evaluate(&plan, &cloud, Some(&calibration), &Models::new()).unwrap().characteristics.len(), 10)
+    });
     eprintln!("{} characteristics on {} points: {seconds:.3} s", ten.len(), cloud.points.len());
 }
 
@@ -47,8 +48,14 @@ fn speed_of_a_comparison_of_a_million_points_with_two_hundred_thousand_triangles
     eprintln!("tree of {} triangles: {:.3} s", mesh.triangles.len(), start.elapsed().as_secs_f64());
     let off = Rigid::new(Rotation3::new(Vector3::new(0.01, -0.01, 0.01)), Vector3::new(0.4, 0.3, -0.3));
     let align = AlignTo::Surface { start: off * pose.inverse() };
-    let request =
-        CompareRequest { align, tolerance_mm: Some(0.1), reach_mm: None, capture_mm: None, region: None };
+    let request = CompareRequest {
+        align,
+        tolerance_mm: Some(0.1),
+        reach_mm: None,
+        capture_mm: None,
+        region: None,
+        surface_region: None,
+    };
     let seconds = shortest_s(|| {
         compare(&cloud, Some(&calibration), &nominal, &request).unwrap();
     });

@@ -244,13 +244,19 @@ pub fn write_mesh_to(out: &mut impl Write, format: MeshFormat, mesh: &Mesh) -> R
 pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
     let format = MeshFormat::from_path(path)?;
     let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
-    let input = BufReader::new(file);
-    let content = match format {
+    read_mesh_from(BufReader::new(file), format).map_err(|error| FileError::reading(path, error))
+}
+
+/// Reads a mesh from bytes of a known format.
+///
+/// # Errors
+/// As [`read_mesh`], without the path.
+pub fn read_mesh_from(input: impl BufRead, format: MeshFormat) -> Result<Mesh, ContentError> {
+    match format {
         MeshFormat::Stl => stl::read(input),
         MeshFormat::Glb => glb::read(input),
         MeshFormat::Ply => ply::read_mesh(input),
-    };
-    content.map_err(|error| FileError::reading(path, error))
+    }
 }
 
 /// Runs `write` on a hidden temporary file beside `path`, syncs it and renames it.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use optics::{PartFrame, Rigid};
 
+use crate::cad::comparison::Comparison;
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::geometry::Geometry;
 use crate::interface::findings::{Finding, Missing};
@@ -84,6 +85,8 @@ pub struct CharacteristicResult {
     pub verdict: Option<PartVerdict>,
     /// Why it could not be measured.
     pub failure: Option<MeasureError>,
+    /// For a surface profile: the comparison with the model.
+    pub comparison: Option<Box<Comparison>>,
     /// Why the scan allows no verdict, regardless of the measured value.
     pub invalid_because: Option<String>,
     /// Remarks for the reader, in sentences.

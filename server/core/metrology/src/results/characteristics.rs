@@ -7,7 +7,6 @@ use optics::Calibration;
 use crate::evaluation::chain::Chain;
 use crate::evaluation::fitted::Fitted;
 use crate::evaluation::forms::Form;
-use crate::evaluation::result::{CharacteristicResult, FeatureResult};
 use crate::evaluation::uncertainty::Systematic;
 use crate::evaluation::values::{AngleAxes, State, band, form_residuals};
 use crate::interface::findings::{Finding, Missing};
@@ -19,6 +18,7 @@ use crate::measuring::measure::verdict_if_proven;
 use crate::measuring::missing::missing;
 use crate::params::{COVERAGE_FACTOR, EXPANSION_PER_K, FOLD_SIGMAS, TEMPERATURE_SIGMA_K};
 use crate::plan::characteristic::{Characteristic, Measure};
+use crate::results::result::{CharacteristicResult, FeatureResult};
 
 /// Computes the results of characteristics.
 pub(crate) struct CharacteristicEvaluator<'a> {
@@ -72,6 +72,7 @@ impl CharacteristicEvaluator<'_> {
             expanded_uncertainty: u,
             verdict: verdict(error.zip(u), &limits, is_proven),
             failure: estimate.is_none().then(|| self.failure(idx)),
+            comparison: None,
             invalid_because: None,
             missing,
             findings,

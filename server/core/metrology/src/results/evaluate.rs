@@ -5,10 +5,8 @@ use rayon::prelude::*;
 use scanning::Cloud;
 
 use crate::evaluation::chain::Chain;
-use crate::evaluation::characteristics::CharacteristicEvaluator;
 use crate::evaluation::fitted::{Fitted, fit_features};
 use crate::evaluation::forms::{forms, retriangulation, sets};
-use crate::evaluation::result::{CharacteristicResult, FeatureResult, PlanResult};
 use crate::evaluation::uncertainty::{self, Noise};
 use crate::evaluation::values::{AngleAxes, State};
 use crate::fitting::features::light_in_camera;
@@ -19,10 +17,14 @@ use crate::interface::request::MeasureError;
 use crate::measuring::measure;
 use crate::params::MIN_FEATURE_POINTS;
 use crate::plan::document::Plan;
+use crate::results::characteristics::CharacteristicEvaluator;
+use crate::results::result::{CharacteristicResult, FeatureResult, PlanResult};
+use crate::results::surface_profile::{Models, surface_profile};
 
 /// Measures all characteristics of a plan on a cloud, each with value, uncertainty and verdict.
 ///
-/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and there is no verdict.
+/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and there is no verdict. `models`:
+/// the nominal surfaces of the plan's surface profiles.
 /// A feature or characteristic that fails is reported in its own result and does not affect the others.
 /// The result does not depend on the number of threads.
 ///
@@ -32,6 +34,7 @@ pub fn evaluate(
     plan: &Plan,
     cloud: &Cloud,
     calibration: Option<&Calibration>,
+    models: &Models,
 ) -> Result<PlanResult, MeasureError> {
     let samples = Samples::from_cloud(cloud, None, calibration.and_then(light_in_camera));
     if samples.len() < MIN_FEATURE_POINTS {
@@ -60,7 +63,10 @@ pub fn evaluate(
     let evaluator =
         CharacteristicEvaluator { chain: &chain, base: &base, forms: &forms, features: &features, calibration };
     let characteristics: Vec<CharacteristicResult> = (0..plan.characteristics.len())
-        .map(|idx| evaluator.characteristic(idx, components[idx].as_ref(), &by_noise[idx], by_modes.as_ref()))
+        .map(|idx| match surface_profile(plan, idx, cloud, calibration, models) {
+            Some(result) => result,
+            None => evaluator.characteristic(idx, components[idx].as_ref(), &by_noise[idx], by_modes.as_ref()),
+        })
         .collect();
     Ok(PlanResult {
         verdict: verdict_of(plan, &characteristics),

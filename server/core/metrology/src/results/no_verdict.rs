@@ -1,12 +1,12 @@
 //! Invalid and undecided results, and the reason in words.
 
-use crate::evaluation::evaluate::verdict_of;
-use crate::evaluation::result::{CharacteristicResult, PlanResult};
 use crate::interface::part_verdict::PartVerdict;
 use crate::interface::request::MeasureError;
 use crate::interface::verdict::Limits;
 use crate::plan::characteristic::Characteristic;
 use crate::plan::document::Plan;
+use crate::results::evaluate::verdict_of;
+use crate::results::result::{CharacteristicResult, PlanResult};
 
 impl PlanResult {
     /// The result of a plan if nothing could be measured.
@@ -33,7 +33,7 @@ impl PlanResult {
     }
 }
 
-fn not_measured(characteristic: &Characteristic, error: &MeasureError) -> CharacteristicResult {
+pub(crate) fn not_measured(characteristic: &Characteristic, error: &MeasureError) -> CharacteristicResult {
     let Characteristic { id, measure, nominal_mm, nominal_deg, lower, upper, attributes } = characteristic;
     let limits = Limits { lower: *lower, upper: *upper };
     CharacteristicResult {
@@ -52,6 +52,7 @@ fn not_measured(characteristic: &Characteristic, error: &MeasureError) -> Charac
         findings: Vec::new(),
         verdict: limits.width().map(|_| PartVerdict::Invalid),
         failure: Some(error.clone()),
+        comparison: None,
         invalid_because: None,
         notes: Vec::new(),
         attributes: attributes.clone(),
