@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::arguments::InspectArgs;
 use crate::commands::Answer;
-use crate::commands::measure::{calibration_of, exit_of_part};
+use crate::commands::measure::{calibration_of, exit_of_part, models_beside};
 
 /// Evaluates; the exit code is that of the part's verdict.
 pub fn run(args: &InspectArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -25,8 +25,9 @@ pub fn run(args: &InspectArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         );
     }
     let plan = &file.recipe.plan;
-    let result: PlanResult =
-        evaluate(plan, &cloud, calibration.as_ref()).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
+    let models = models_beside(plan, &args.recipe)?;
+    let result: PlanResult = evaluate(plan, &cloud, calibration.as_ref(), &models)
+        .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
     let mut json = plan_json(&result);
     json["cloud"] = json!(args.cloud);
     json["serial"] = json!(args.serial);

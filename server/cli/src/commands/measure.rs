@@ -4,7 +4,9 @@
 use crate::answer::exit::Exit;
 use std::path::Path;
 
-use metrology::{MeasureRequest, Measurement, PartVerdict, Plan, Region, Tool, Verdict, evaluate, measure};
+use metrology::{
+    Measure, MeasureRequest, Measurement, Models, PartVerdict, Plan, Region, Tool, Verdict, evaluate, measure,
+};
 use optics::Calibration;
 use scanning::Cloud;
 use scanning::files::read_cloud;
@@ -28,7 +30,7 @@ pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         );
     }
     if let Some(path) = &args.plan {
-        return run_plan(&read_plan(path)?, &cloud, calibration.as_ref(), args);
+        return run_plan(&read_plan(path)?, path, &cloud, calibration.as_ref(), args);
     }
     let measurement = measure(&cloud, calibration.as_ref(), &request(args))
         .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
@@ -57,11 +59,14 @@ pub fn region_between([x, y, z, other_x, other_y, other_z]: [f64; 6]) -> Region 
 /// All characteristics of a plan; the exit code is that of the part's verdict.
 fn run_plan(
     plan: &Plan,
+    path: &Path,
     cloud: &Cloud,
     calibration: Option<&Calibration>,
     args: &MeasureArgs,
 ) -> Result<Answer, Failure> {
-    let result = evaluate(plan, cloud, calibration).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
+    let models = models_beside(plan, path)?;
+    let result =
+        evaluate(plan, cloud, calibration, &models).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
     let mut json = plan_json(&result);
     json["cloud"] = json!(args.cloud);
     json["plan"] = json!(plan.name);
@@ -69,6 +74,31 @@ fn run_plan(
     let is_judged = result.characteristics.iter().any(|characteristic| characteristic.verdict.is_some());
     let exit = if is_judged { exit_of_part(result.verdict) } else { Exit::Done };
     Ok(Answer { text: plan_text(&result), json, exit })
+}
+
+/// The CAD models that a plan or recipe names, from the folder of its file.
+pub fn models_beside(plan: &Plan, document: &Path) -> Result<Models, Failure> {
+    let mut models = Models::new();
+    for characteristic in &plan.characteristics {
+        let Measure::SurfaceProfile { model, .. } = &characteristic.measure else { continue };
+        let path = document.with_file_name(&model.name);
+        let bytes = std::fs::read(&path).map_err(|cause| {
+            Failure::bad_input(format!("{}: the CAD model cannot be read", path.display()))
+                .because(&cause)
+                .in_file(&path)
+                .remedy("place the model beside the plan")
+        })?;
+        let (sha256, named) = (app::hash_hex(&bytes), model.sha256.to_ascii_lowercase());
+        if sha256 != named {
+            let detail = format!("{}: SHA-256 {sha256}, not {named} as in the plan", path.display());
+            return Err(Failure::bad_input(detail).in_file(&path).remedy("use the model that the plan names"));
+        }
+        let nominal = app::models::nominal_of(&model.name, &bytes).map_err(|error| {
+            Failure::bad_input(error.detail).in_file(&path).remedy(error.remedy.unwrap_or_default())
+        })?;
+        models.insert(sha256, nominal);
+    }
+    Ok(models)
 }
 
 /// A plan from its file.

@@ -23,8 +23,8 @@ pub use access::{idempotency, lease, principal};
 pub use config::limits;
 pub use lifetime::housekeeping;
 pub use resources::{
-    calibrations, captures, health, inspections, labels, measurements, points_page, recipes, scan_run, statistics,
-    stored_scan, studies, watches,
+    calibrations, captures, health, inspections, labels, measurements, models, points_page, recipes, scan_run,
+    statistics, stored_scan, studies, watches,
 };
 
 use std::sync::Arc;

@@ -27,11 +27,11 @@ pub const HEADER_TIMEOUT: Duration = Duration::from_secs(10);
 /// The same beyond [`CONNECTION_LIMIT`], where slots are scarce.
 pub const STOP_HEADER_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Largest STL file for the simulated stage: a million triangles in binary.
-pub const STL_BODY_LIMIT_BYTES: usize = 64 * 1024 * 1024;
+/// Largest CAD model, also for the simulated stage: a million triangles in binary STL.
+pub const MODEL_BODY_LIMIT_BYTES: usize = 64 * 1024 * 1024;
 
-/// Timeout of a whole STL upload.
-pub const STL_BODY_TIMEOUT: Duration = Duration::from_secs(60);
+/// Timeout of a whole upload of a CAD model.
+pub const MODEL_BODY_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Timeout of a whole JSON body.
 pub const JSON_BODY_TIMEOUT: Duration = Duration::from_secs(10);

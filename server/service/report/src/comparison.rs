@@ -16,19 +16,34 @@ pub fn comparison_page(part: &str, cloud: &Cloud, comparison: &Comparison) -> Re
     let lead = "Signed distances of the points of a cloud from the nominal surface of the part.";
     let mut page = Page::new(&format!("Comparison with {part}"), lead);
     page.tiles(&tiles(comparison));
-    if let Some(map) = DeviationMap::new(cloud, &comparison.deviations_mm) {
-        let figure = map.figure("From above, as the camera sees it. Red: outside the surface; blue: inside.")?;
-        page.section("Deviations", &numbers(comparison), figure);
-    }
-    page.section(
-        "Worst places",
-        "Means over cells of the surface, in the frame of the CAD data, with U (k = 2).",
-        worst(comparison),
-    );
-    let notes = html! { @for note in &comparison.notes { p { (sentence(note)) "." } } };
-    page.section("Notes", "", notes);
+    add_sections(&mut page, "Deviations", cloud, comparison)?;
     Ok(page.finish())
 }
+
+/// The map under a title, the worst places, the notes.
+///
+/// # Errors
+/// The map cannot be encoded.
+pub(crate) fn add_sections(
+    page: &mut Page,
+    title: &str,
+    cloud: &Cloud,
+    comparison: &Comparison,
+) -> Result<(), Failure> {
+    if let Some(map) = DeviationMap::new(cloud, &comparison.deviations_mm) {
+        page.section(title, &numbers(comparison), map.figure(ABOUT_MAP)?);
+    }
+    page.section("Worst places", ABOUT_WORST, worst(comparison));
+    let notes = html! { @for note in &comparison.notes { p { (sentence(note)) "." } } };
+    page.section("Notes", "", notes);
+    Ok(())
+}
+
+/// What the map shows.
+pub(crate) const ABOUT_MAP: &str = "From above, as the camera sees it. Red: outside the surface; blue: inside.";
+
+/// What the worst places are.
+const ABOUT_WORST: &str = "Means over cells of the surface, in the frame of the CAD data, with U (k = 2).";
 
 fn tiles(comparison: &Comparison) -> Vec<Tile> {
     let statistics = &comparison.statistics;
@@ -55,7 +70,8 @@ fn tiles(comparison: &Comparison) -> Vec<Tile> {
     verdict.into_iter().chain(figures).collect()
 }
 
-fn numbers(comparison: &Comparison) -> String {
+/// How many points were compared, and the fit.
+pub(crate) fn numbers(comparison: &Comparison) -> String {
     let statistics = &comparison.statistics;
     let fitted = comparison
         .fit_rms_mm

@@ -9,8 +9,9 @@ use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
-    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
-    RecipeVersionRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord, StudyRecord,
+    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, ModelRecord,
+    RecipeRecord, RecipeVersionRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    StudyRecord,
 };
 
 /// Which calibration a change expects to be active.
@@ -92,6 +93,10 @@ pub enum Change {
     DeleteScan(String),
     /// A measurement was stored.
     InsertMeasurement(MeasurementRecord),
+    /// A CAD model is stored.
+    InsertModel(ModelRecord),
+    /// A CAD model is deleted; its file is deleted once no recipe refers to it.
+    DeleteModel(String),
     /// A version of a recipe is published: the first one creates the recipe; any other is refused with
     /// [`StoreError::Changed`] unless it follows the newest.
     PublishRecipe {
@@ -180,6 +185,7 @@ impl Change {
                 | Self::DeleteRecording(_)
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
+                | Self::DeleteModel(_)
                 | Self::DeleteSession(_)
                 | Self::DeleteStudy(_)
                 | Self::DeleteDelivery { .. }
@@ -197,6 +203,7 @@ impl Change {
                 | Self::DeleteRecording(_)
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
+                | Self::DeleteModel(_)
                 | Self::DeleteSession(_)
                 | Self::ReplaceScan(_)
                 | Self::UpdateSession(_)
@@ -379,6 +386,11 @@ pub trait Catalogue: Send + Sync {
     ) -> Result<Listed<MeasurementRecord>, StoreError>;
     /// A measurement.
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError>;
+
+    /// A CAD model.
+    async fn model(&self, id: &str) -> Result<ModelRecord, StoreError>;
+    /// CAD models.
+    async fn models(&self, page: &Page) -> Result<Listed<ModelRecord>, StoreError>;
 
     /// A recipe.
     async fn recipe(&self, id: &str) -> Result<RecipeRecord, StoreError>;

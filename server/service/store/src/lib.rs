@@ -32,9 +32,9 @@ pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
-    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
-    RecipeVersionRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord,
-    SettingRecord, StudyRecord,
+    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, ModelRecord,
+    RecipeRecord, RecipeVersionRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState,
+    SessionRecord, SettingRecord, StudyRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

@@ -108,6 +108,23 @@ pub struct CaptureRecord {
     pub created_at_ms: i64,
 }
 
+/// A CAD model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelRecord {
+    /// UUID v7.
+    pub id: String,
+    /// Name of its file.
+    pub name: String,
+    /// The file.
+    pub file: ArtifactId,
+    /// Bytes of the file.
+    pub size_bytes: u64,
+    /// Triangles and dimensions.
+    pub summary: Value,
+    /// When it was stored.
+    pub created_at_ms: i64,
+}
+
 /// State of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -104,6 +104,28 @@ fn a_recipe_gives_the_same_verdict_as_its_plan() {
     assert_eq!((code, entry), (3, Some("/recipe/scan/step_mm")), "{result:#}");
 }
 
+/// The comparison that a plan with a surface profile of the model `m.stl` beside it gives, with the entries that
+/// `sheaf compare` adds.
+fn profile_by_plan(folder: &Path, cloud: &str, sha256: &str, compared: &Value) -> Value {
+    let file = path(folder, "plan.json");
+    let plan = |sha256: &str| {
+        json!({ "format": "sheaf-plan/1", "features": [], "characteristics": [{ "id": "shell", "upper": 10.0,
+            "measure": { "type": "surface_profile", "model": { "name": "m.stl", "sha256": sha256 }, "best_fit": true } }] })
+    };
+    std::fs::write(&file, plan(&"0".repeat(64)).to_string()).unwrap();
+    let (refused, code) = sheaf_json(&["measure", cloud, "--plan", &file]);
+    assert_eq!(code, 3, "{refused:#}");
+    assert!(refused.to_string().contains("SHA-256"), "{refused:#}");
+    std::fs::write(&file, plan(sha256).to_string()).unwrap();
+    follows("plan", Path::new(&file));
+    let (result, _) = sheaf_json(&["measure", cloud, "--plan", &file]);
+    let mut comparison = result["characteristics"][0]["comparison"].clone();
+    for name in ["cloud", "part", "map", "report_file", "calibration_id"] {
+        comparison[name] = compared[name].clone();
+    }
+    comparison
+}
+
 #[test]
 fn a_cloud_has_no_deviations_from_its_own_mesh() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,6 +153,8 @@ fn a_cloud_has_no_deviations_from_its_own_mesh() {
     for text in ["Comparison with m.stl", "<h2>Deviations</h2>", "<h2>Worst places</h2>", "no deviation"] {
         assert!(page.contains(text), "{text}");
     }
+    let sha256 = app::hash_hex(&std::fs::read(&mesh).unwrap());
+    assert_eq!(profile_by_plan(folder.path(), &cloud, &sha256, &result), result);
     let alone = sheaf(&["compare", &cloud, &mesh]);
     assert_eq!(alone.status.code(), Some(2), "{}", err(&alone));
 }

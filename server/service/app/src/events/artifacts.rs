@@ -1,4 +1,4 @@
-//! Bodies of the events of captures, recordings, calibrations and sessions.
+//! Bodies of the events of captures, models, recordings, calibrations and sessions.
 
 use serde::{Deserialize, Serialize};
 use store::CaptureRecord;
@@ -17,6 +17,17 @@ impl From<&CaptureRecord> for CaptureCreated {
     fn from(record: &CaptureRecord) -> Self {
         Self { name: record.name.clone(), origin: record.origin.clone() }
     }
+}
+
+/// A CAD model that was uploaded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ModelCreated {
+    /// Name of its file.
+    pub name: String,
+    /// SHA-256 of the file, by which plans name it.
+    pub sha256: String,
+    /// Who uploaded it.
+    pub actor: String,
 }
 
 /// A recording that was started.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::artifacts::{
-    Activation, CalibrationCreated, CaptureCreated, RecordingEnded, RecordingStarted, SessionVersion,
+    Activation, CalibrationCreated, CaptureCreated, ModelCreated, RecordingEnded, RecordingStarted, SessionVersion,
 };
 use super::doors::{DeliveriesChanged, DeliveryDead, DoorWaiting};
 use super::initiator::Initiator;
@@ -80,6 +80,12 @@ pub enum Event {
     /// The measurement plan was changed.
     #[serde(rename = "measurement_plan.changed")]
     MeasurementPlanChanged(MeasurementPlanChanged),
+    /// A CAD model was uploaded.
+    #[serde(rename = "model.created")]
+    ModelCreated(ModelCreated),
+    /// A CAD model was deleted.
+    #[serde(rename = "model.deleted")]
+    ModelDeleted(Initiator),
     /// A version of a recipe was published, imported, or restored from an earlier one.
     #[serde(rename = "recipe.published")]
     RecipePublished(RecipePublished),

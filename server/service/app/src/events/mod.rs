@@ -17,7 +17,7 @@ pub use self::station::{
     LiveView, SimulatedFault, StageMotion, by_kind,
 };
 pub use artifacts::{
-    Activation, CalibrationCreated, CaptureCreated, RecordingEnded, RecordingStarted, SessionVersion,
+    Activation, CalibrationCreated, CaptureCreated, ModelCreated, RecordingEnded, RecordingStarted, SessionVersion,
 };
 pub use initiator::Initiator;
 pub use inspections::{InspectionFinished, InspectionsHeld, RecipePublished, RuleViolated, ViolatedRule};

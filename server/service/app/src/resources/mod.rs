@@ -6,6 +6,7 @@ pub mod health;
 pub mod inspections;
 pub mod labels;
 pub mod measurements;
+pub mod models;
 pub mod points_page;
 pub mod recipes;
 pub mod scan_run;

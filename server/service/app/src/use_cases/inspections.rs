@@ -10,11 +10,12 @@ use store::{Change, JobRecord, JobState, ScanRecord};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::control::{Request, admit};
-use crate::error::AppError;
+use crate::error::{AppError, ErrorKind};
 use crate::jobs::inspect::without_scan;
 use crate::jobs::{InspectInput, InspectionHold, JobInput, JobView, ReEvaluateInput, ScanSource};
 use crate::resources::inspections::{InspectedPart, judged};
 use crate::resources::labels::label;
+use crate::resources::models::{models_of, require_models, surface_profiles};
 use crate::resources::recipes::check::{check_attributes, check_plan, refused};
 use crate::resources::recipes::{RecipeRef, RecipeVersion, found};
 use crate::use_cases::jobs::start_job;
@@ -110,9 +111,51 @@ pub async fn evaluate_plan(
     permit: impl Send + 'static,
 ) -> Result<Evaluation, AppError> {
     check_plan(&plan, "/plan")?;
+    let models = models_of(&*app.artifacts, &plan).await?;
+    require_models(&models, &plan, "/plan")?;
     on_cloud(app, scan_id, permit, move |scan, cloud, calibration| {
-        let result = judged(&plan, &scan, cloud, calibration)?;
+        let result = judged(&plan, &scan, cloud, calibration, &models)?;
         Ok(Evaluation { scan, verdict: result.verdict, result: plan_json(&result) })
+    })
+    .await
+}
+
+/// The deviations of the points of a scan from the CAD model of a surface profile, at most about `limit` points, evenly
+/// thinned: x, y, z in the frame of the scan, the deviation (NaN where there is no surface to compare with), and its
+/// standard uncertainty, mm.
+///
+/// # Errors
+/// As [`evaluate_plan`]; the characteristic is no surface profile, or could not be measured.
+pub async fn deviations(
+    app: &App,
+    scan_id: &str,
+    plan: Plan,
+    characteristic: &str,
+    limit: usize,
+    permit: impl Send + 'static,
+) -> Result<Vec<[f32; 5]>, AppError> {
+    check_plan(&plan, "/plan")?;
+    let plan = surface_profiles(&plan, |id| id == characteristic);
+    if plan.characteristics.is_empty() {
+        let detail = format!("the plan has no surface profile \"{characteristic}\"");
+        return Err(refused("/characteristic", detail, "name one of its surface profiles"));
+    }
+    let models = models_of(&*app.artifacts, &plan).await?;
+    require_models(&models, &plan, "/plan")?;
+    on_cloud(app, scan_id, permit, move |scan, cloud, calibration| {
+        let result = judged(&plan, &scan, cloud, calibration, &models)?;
+        let measured = result.characteristics.first();
+        let Some(comparison) = measured.and_then(|measured| measured.comparison.as_deref()) else {
+            let why = measured.and_then(|measured| measured.failure.as_ref()).map(ToString::to_string);
+            return Err(AppError::new(ErrorKind::Impossible, "the surface could not be compared with its model")
+                .because(why.unwrap_or_default())
+                .remedy("check the alignment and the model"));
+        };
+        let step = cloud.points.len().div_ceil(limit).max(1);
+        let points = cloud.points.iter().zip(comparison.deviations_mm.iter().zip(&comparison.u_mm)).step_by(step);
+        Ok(points
+            .map(|(at, (deviation, u))| [at.x_mm as f32, at.y_mm as f32, at.z_mm as f32, *deviation, *u])
+            .collect())
     })
     .await
 }

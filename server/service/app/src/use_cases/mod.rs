@@ -24,15 +24,17 @@ pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
 pub use doors::{Resend, delete_delivery, resend};
 pub use inspections::{
-    Evaluation, InspectionQueue, evaluate_plan, hold_inspections, inspect, inspect_from, inspection_queue,
-    re_evaluate, resume_inspections, wait_for_job,
+    Evaluation, InspectionQueue, deviations, evaluate_plan, hold_inspections, inspect, inspect_from,
+    inspection_queue, re_evaluate, resume_inspections, wait_for_job,
 };
 pub use jobs::{cancel_job, start_job};
 pub use manual::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
 pub use measurements::{
     NewPosition, add_position, change_measurement_plan, create_study, delete_study, find_features, measure,
 };
-pub use recipes::{NewVersion, archive_recipe, import_recipe, publish_recipe, roll_back_recipe};
+pub use recipes::{
+    NewVersion, add_model, archive_recipe, delete_model, import_recipe, publish_recipe, roll_back_recipe,
+};
 pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;
 pub use sessions::{

@@ -5,6 +5,7 @@ use pipeline::Failure;
 use scanning::Cloud;
 
 use super::{ABOUT_COLUMNS, ABOUT_MAP, COLUMNS, InspectionSheet, SIMULATED, VERDICTS};
+use crate::comparison::add_sections;
 use crate::drawing::cloud_view::CloudView;
 use crate::drawing::page::{Page, Tile, grid, sentence, table, verdict};
 
@@ -25,6 +26,9 @@ pub fn inspection_page(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result
     if let Some(cloud) = cloud {
         if let Some(map) = sheet.deviation_map(cloud) {
             page.section("Deviations", ABOUT_MAP, map.figure("From above, as the camera sees it.")?);
+        }
+        for compared in &sheet.comparisons {
+            add_sections(&mut page, &compared.title(), cloud, &compared.comparison)?;
         }
         let view = CloudView::new(cloud);
         let views = [view.top_view()?, view.side_views()];

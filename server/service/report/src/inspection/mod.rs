@@ -8,7 +8,7 @@ pub use html::inspection_page;
 pub use pdf::inspection_pdf;
 pub use surfaces::{MeasuredSurface, measured_surfaces};
 
-use metrology::PartVerdict;
+use metrology::{Comparison, PartVerdict};
 use scanning::Cloud;
 
 use crate::drawing::deviation_map::DeviationMap;
@@ -32,12 +32,32 @@ pub struct InspectionSheet {
     pub characteristics: Vec<CharacteristicRow>,
     /// The measured planes, spheres and cylinders, for the map of deviations.
     pub surfaces: Vec<MeasuredSurface>,
+    /// The comparisons with CAD models.
+    pub comparisons: Vec<ModelComparison>,
 }
 
 impl InspectionSheet {
     /// The deviations of the points of a cloud from the measured surfaces; `None` without such points.
     fn deviation_map(&self, cloud: &Cloud) -> Option<DeviationMap> {
         DeviationMap::new(cloud, &surfaces::deviations_mm(cloud, &self.surfaces))
+    }
+}
+
+/// The comparison of the part with a CAD model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelComparison {
+    /// Id of the characteristic in the plan.
+    pub id: String,
+    /// Name of the model.
+    pub model: String,
+    /// The comparison.
+    pub comparison: Comparison,
+}
+
+impl ModelComparison {
+    /// Title of its map.
+    fn title(&self) -> String {
+        format!("{}: deviation from {}", self.id, self.model)
     }
 }
 
@@ -139,5 +159,6 @@ pub(crate) fn example() -> InspectionSheet {
             row("depth", None, PartVerdict::Invalid),
         ],
         surfaces: Vec::new(),
+        comparisons: Vec::new(),
     }
 }

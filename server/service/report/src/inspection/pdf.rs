@@ -6,6 +6,7 @@ use pipeline::Failure;
 use scanning::Cloud;
 
 use super::{ABOUT_COLUMNS, ABOUT_MAP, COLUMNS, InspectionSheet, SIMULATED, VERDICTS};
+use crate::comparison::{ABOUT_MAP as ABOUT_MODEL_MAP, numbers};
 use crate::drawing::cloud_view::CloudView;
 use crate::drawing::deviation_map::{DeviationMap, microns};
 use crate::drawing::paper::{Font, JpegImage, WIDTH_MM};
@@ -36,9 +37,14 @@ pub fn inspection_pdf(sheet: &InspectionSheet, cloud: Option<&Cloud>) -> Result<
     write_reasons(&mut writer, sheet);
     write_meanings(&mut writer);
     if let Some(map) = cloud.and_then(|cloud| sheet.deviation_map(cloud)) {
-        write_map(&mut writer, &map)?;
+        write_map(&mut writer, &map, ABOUT_MAP)?;
     }
     if let Some(cloud) = cloud {
+        for compared in &sheet.comparisons {
+            let map = DeviationMap::new(cloud, &compared.comparison.deviations_mm);
+            let about = format!("{}. {} {}", compared.title(), ABOUT_MODEL_MAP, numbers(&compared.comparison));
+            map.map_or(Ok(()), |map| write_map(&mut writer, &map, &about))?;
+        }
         write_cloud(&mut writer, cloud)?;
     }
     Ok(writer.paper.finish(&format!("Inspection {} of {}", sheet.seq, sheet.serial)))
@@ -84,7 +90,7 @@ fn write_meanings(writer: &mut Writer) {
     writer.line(Font::Helvetica, 8.0, GREY, 9.0, rule);
 }
 
-fn write_map(writer: &mut Writer, map: &DeviationMap) -> Result<(), Failure> {
+fn write_map(writer: &mut Writer, map: &DeviationMap, about: &str) -> Result<(), Failure> {
     let (image, [width_mm, height_mm]) = map.image();
     let [key_width, key_height] = KEY_MM;
     write_image(writer, &image, [width_mm, height_mm], 3.0 * key_height + 14.0)?;
@@ -98,7 +104,7 @@ fn write_map(writer: &mut Writer, map: &DeviationMap) -> Result<(), Failure> {
         }
     }
     writer.y_mm += 3.0 * key_height + 2.0;
-    for line in wrapped(&format!("{ABOUT_MAP} Grey: points without a deviation."), TEXT_CHARS) {
+    for line in wrapped(&format!("{about} Grey: points without a deviation."), TEXT_CHARS) {
         writer.line(Font::Helvetica, 8.0, GREY, 3.8, &line);
     }
     writer.y_mm += 4.0;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use metrology::{CharacteristicResult, FeatureResult, Finding, Geometry, PlanResult};
 use serde_json::{Value, json};
 
+use super::comparison::comparison_json;
 use super::measurement::{finding_json, shape_json};
 
 /// A line per characteristic with failure and notes below it, and the verdict on the part.
@@ -106,6 +107,7 @@ fn characteristic_json(characteristic: &CharacteristicResult) -> Value {
         "failure": characteristic.failure.as_ref().map(ToString::to_string),
         "reason": characteristic.reason(),
         "notes": characteristic.notes,
+        "comparison": characteristic.comparison.as_deref().map(comparison_json),
         "attributes": characteristic.attributes,
     })
 }

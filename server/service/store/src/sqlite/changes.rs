@@ -12,8 +12,8 @@ use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
 use crate::sqlite::tables::{
-    calibrations, captures, doors, events, inspections, jobs, measurements, recipes, recordings, scans, sessions,
-    settings, studies,
+    calibrations, captures, doors, events, inspections, jobs, measurements, models, recipes, recordings, scans,
+    sessions, settings, studies,
 };
 use crate::sqlite::{error, named};
 
@@ -112,14 +112,17 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         Change::InsertCalibration(calibration) => (seal::CALIBRATIONS, &calibration.id),
         Change::InsertScan(scan) | Change::ReplaceScan(scan) => (seal::SCANS, &scan.id),
         Change::InsertMeasurement(measurement) => (seal::MEASUREMENTS, &measurement.id),
+        Change::InsertModel(model) => (seal::MODELS, &model.id),
         Change::ArchiveRecipe { id, .. } => (seal::RECIPES, id),
         Change::PublishRecipe { version, .. } => {
             seal::verify(to, &seal::RECIPES, &version.recipe_id).await?;
             let key = recipes::key_of(&version.recipe_id, version.version);
-            return Ok(still_naming(vec![
-                (seal::RECIPES, version.recipe_id.clone()),
-                (seal::RECIPE_VERSIONS, key),
-            ]));
+            // A new version, which may name models.
+            let named = Touched { table: seal::RECIPE_VERSIONS, key, named_before: Some(HashSet::new()) };
+            return Ok(still_naming(vec![(seal::RECIPES, version.recipe_id.clone())])
+                .into_iter()
+                .chain([named])
+                .collect());
         }
         Change::InsertInspection { inspection, .. } => (seal::INSPECTIONS, &inspection.id),
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
@@ -144,6 +147,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
             return Ok(still_naming(naming));
         }
         Change::DeleteCalibration(_)
+        | Change::DeleteModel(_)
         | Change::DeleteRecording(_)
         | Change::DeleteSession(_)
         | Change::DeleteStudy(_)
@@ -188,6 +192,8 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::ReplaceScan(scan) => scans::replace(to, &scan).await?,
         Change::DeleteScan(id) => scans::delete(to, &id).await?,
         Change::InsertMeasurement(measurement) => measurements::insert(to, &measurement).await?,
+        Change::InsertModel(model) => models::insert(to, &model).await?,
+        Change::DeleteModel(id) => models::delete(to, &id).await?,
         Change::PublishRecipe { version, number } => recipes::publish(to, &version, number).await?,
         Change::ArchiveRecipe { id, archived } => recipes::archive(to, &id, archived).await?,
         Change::InsertInspection { inspection, event } => {

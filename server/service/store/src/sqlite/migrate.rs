@@ -22,6 +22,7 @@ pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
         (5, "recipes", include_str!("../../migrations/0005_recipes.sql")),
         (6, "doors", include_str!("../../migrations/0006_doors.sql")),
         (7, "studies", include_str!("../../migrations/0007_studies.sql")),
+        (8, "models", include_str!("../../migrations/0008_models.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
@@ -136,13 +137,6 @@ mod tests {
 
     use super::*;
 
-    const FIRST: &str = include_str!("../../migrations/0001_station.sql");
-    const SEALS: &str = include_str!("../../migrations/0002_seals.sql");
-    const SETTINGS: &str = include_str!("../../migrations/0003_settings.sql");
-    const RECORDINGS: &str = include_str!("../../migrations/0004_recordings.sql");
-    const RECIPES: &str = include_str!("../../migrations/0005_recipes.sql");
-    const DOORS: &str = include_str!("../../migrations/0006_doors.sql");
-    const STUDIES: &str = include_str!("../../migrations/0007_studies.sql");
     const LATER: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
     const BROKEN: &str = "ALTER TABLE jobs ADD COLUMN note TEXT; INSERT INTO nowhere VALUES (1);";
 
@@ -150,18 +144,20 @@ mod tests {
         SqliteConnectOptions::new().filename(file).create_if_missing(true).connect().await.unwrap()
     }
 
+    /// The newest version that this program knows.
+    fn newest() -> i64 {
+        MIGRATIONS.iter().map(|known| known.version).max().unwrap()
+    }
+
     /// The migrations of a program that also knows `later`.
     async fn later_program(folder: &Path, later: &str) -> Migrator {
         let migrations = folder.join("migrations");
         fs::create_dir_all(&migrations).unwrap();
-        fs::write(migrations.join("0001_station.sql"), FIRST).unwrap();
-        fs::write(migrations.join("0002_seals.sql"), SEALS).unwrap();
-        fs::write(migrations.join("0003_settings.sql"), SETTINGS).unwrap();
-        fs::write(migrations.join("0004_recordings.sql"), RECORDINGS).unwrap();
-        fs::write(migrations.join("0005_recipes.sql"), RECIPES).unwrap();
-        fs::write(migrations.join("0006_doors.sql"), DOORS).unwrap();
-        fs::write(migrations.join("0007_studies.sql"), STUDIES).unwrap();
-        fs::write(migrations.join("0008_note.sql"), later).unwrap();
+        for known in MIGRATIONS.iter() {
+            let name = format!("{:04}_{}.sql", known.version, known.description);
+            fs::write(migrations.join(name), known.sql.as_str()).unwrap();
+        }
+        fs::write(migrations.join(format!("{:04}_note.sql", newest() + 1)), later).unwrap();
         Migrator::new(migrations.as_path()).await.unwrap()
     }
 
@@ -190,7 +186,7 @@ mod tests {
     async fn a_new_database_gets_the_schema_and_no_backup() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 7);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), newest());
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
         assert!(backups(folder.path()).is_empty());
         check(&mut connection).await.unwrap();
@@ -202,13 +198,13 @@ mod tests {
         let mut connection = first_version(folder.path()).await;
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 8);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), newest() + 1);
         assert_eq!(counter(&mut connection).await, 41);
         sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.unwrap();
 
         let [backup] = &backups(folder.path())[..] else { panic!("one backup") };
         let mut copy = connect(backup).await;
-        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (7, 41));
+        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (newest(), 41));
     }
 
     #[tokio::test]
@@ -219,7 +215,10 @@ mod tests {
         migrate(&mut connection, &later, folder.path()).await.unwrap_err();
         connection.close().await.unwrap();
         let mut connection = connect(&folder.path().join("catalogue.sqlite3")).await;
-        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (7, 41));
+        assert_eq!(
+            (schema_version(&mut connection).await.unwrap(), counter(&mut connection).await),
+            (newest(), 41)
+        );
         assert!(sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.is_err());
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
     }
@@ -231,7 +230,10 @@ mod tests {
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
         let error = migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap_err();
-        assert!(matches!(error, StoreError::TooNew { found: 8, known: 7 }), "{error}");
+        assert!(
+            matches!(error, StoreError::TooNew { found, known } if (found, known) == (newest() + 1, newest())),
+            "{error}"
+        );
     }
 
     #[tokio::test]

@@ -32,7 +32,7 @@ use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DoorRecord, EventRecord,
-    IdempotencyRecord, InspectionRecord, JobRecord, JobState, MeasurementRecord, RecipeRecord,
+    IdempotencyRecord, InspectionRecord, JobRecord, JobState, MeasurementRecord, ModelRecord, RecipeRecord,
     RecipeVersionRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord, StudyRecord,
 };
 use crate::sqlite::changes::Committed;
@@ -227,6 +227,14 @@ impl Catalogue for SqliteCatalogue {
 
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError> {
         tables::measurements::one(&self.readers, id).await
+    }
+
+    async fn model(&self, id: &str) -> Result<ModelRecord, StoreError> {
+        tables::models::one(&self.readers, id).await
+    }
+
+    async fn models(&self, page: &Page) -> Result<Listed<ModelRecord>, StoreError> {
+        tables::models::page(&self.readers, page).await
     }
 
     async fn recipe(&self, id: &str) -> Result<RecipeRecord, StoreError> {

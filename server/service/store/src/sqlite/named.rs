@@ -12,12 +12,14 @@ use crate::sqlite::error::reading;
 use crate::sqlite::seal::{self, Table};
 
 /// The tables that refer to artifacts, in columns or in documents.
-const TABLES: [Table; 7] = [
+const TABLES: [Table; 9] = [
     seal::CAPTURES,
     seal::RECORDINGS,
     seal::CALIBRATIONS,
     seal::SCANS,
     seal::MEASUREMENTS,
+    seal::MODELS,
+    seal::RECIPE_VERSIONS,
     seal::SESSIONS,
     seal::JOBS,
 ];

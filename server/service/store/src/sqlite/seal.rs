@@ -35,6 +35,7 @@ pub const CALIBRATIONS: Table = Table { name: "calibrations", key: "id", kind: "
 pub const ACTIVATIONS: Table = Table { name: "activations", key: "seq", kind: "activation" };
 pub const SCANS: Table = Table { name: "scans", key: "id", kind: "scan" };
 pub const MEASUREMENTS: Table = Table { name: "measurements", key: "id", kind: "measurement" };
+pub const MODELS: Table = Table { name: "models", key: "id", kind: "model" };
 pub const RECIPES: Table = Table { name: "recipes", key: "id", kind: "recipe" };
 pub const RECIPE_VERSIONS: Table = Table { name: "recipe_versions", key: "key", kind: "recipe version" };
 pub const INSPECTIONS: Table = Table { name: "inspections", key: "id", kind: "inspection" };

@@ -1,6 +1,7 @@
 //! Recipes, and parts inspected by them on the simulated station.
 
 mod evaluation;
+mod models;
 mod overhead;
 mod parts;
 mod recipes;
@@ -74,10 +75,20 @@ pub fn place_ball(server: &Server, diameter_mm: f64) {
 
 /// Puts a block of this height on the stage.
 pub fn place_block(server: &Server, height_mm: f64) {
-    let corner = |idx: usize| {
-        let side = |bit: usize, low: f64, high: f64| if idx >> bit & 1 == 1 { high } else { low };
-        [side(0, -10.0, 10.0), side(1, -8.0, 8.0), side(2, 0.0, height_mm)]
-    };
+    let headers = [("content-type", "model/stl")];
+    server
+        .send(
+            "PUT",
+            "/api/v1/simulation/scene/part",
+            &headers,
+            &block_stl([[-10.0, 10.0], [-8.0, 8.0], [0.0, height_mm]]),
+        )
+        .expect(200);
+}
+
+/// A block as an STL file: its extent along x, y and z, mm.
+pub fn block_stl(extent_mm: [[f64; 2]; 3]) -> Vec<u8> {
+    let corner = |idx: usize| [0, 1, 2].map(|axis| extent_mm[axis][idx >> axis & 1]);
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let mut text = "solid block\n".to_owned();
     for [a, b, c, d] in faces {
@@ -88,8 +99,7 @@ pub fn place_block(server: &Server, height_mm: f64) {
         }
     }
     text += "endsolid block\n";
-    let headers = [("content-type", "model/stl")];
-    server.send("PUT", "/api/v1/simulation/scene/part", &headers, text.as_bytes()).expect(200);
+    text.into_bytes()
 }
 
 pub fn inspect(server: &Server, query: &str, key: Option<&str>, body: &Value) -> Answer {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::{block_recipe, evaluation, inspect, inspected, place_block, studies};
+use super::{block_recipe, evaluation, inspect, inspected, models, place_block, studies};
 use crate::common::server::Server;
 use crate::http::fresh;
 
@@ -79,7 +79,8 @@ fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
     let study = studies::begun(&server);
     held(&server);
     studies::counted(&server, &study);
-    restarted(&folder.path().join("data"), server);
+    let server = restarted(&folder.path().join("data"), server);
+    models::compared(&server, &good, &bad, DEFECT_MM);
 }
 
 /// Prints the time of an inspection beside the acquisition; not asserted, since debug builds on busy machines are slow.
@@ -269,7 +270,7 @@ fn held(server: &Server) {
 
 /// Killed in the middle of an inspection: no verdict, its scan is partial, the numbers go on where they were, and a hold is
 /// still one.
-fn restarted(data: &std::path::Path, server: Server) {
+fn restarted(data: &std::path::Path, server: Server) -> Server {
     let accepted = inspect(&server, "", None, &json!({ "recipe": "block@1", "serial": "BL-7" }));
     accepted.expect(202);
     let location = accepted.header("location").unwrap().to_owned();
@@ -287,4 +288,5 @@ fn restarted(data: &std::path::Path, server: Server) {
     place_block(&server, 8.9);
     let again = inspected(&server, &json!({ "recipe": "block@1", "serial": "BL-7" }));
     assert_eq!((&again["verdict"], &again["seq"]), (&json!("ok"), &json!(6)), "{again:#}");
+    server
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::server::Server;
 use crate::common::{out, sheaf_ok, small_capture};
-use crate::http::inspections::block_recipe;
+use crate::http::inspections::{block_recipe, block_stl};
 use crate::http::recordings::recorded_live_view;
 
 #[test]
@@ -57,6 +57,9 @@ fn existing_resources(server: &Server) -> Value {
     server.post(&format!("/api/v1/studies/{}/positions", study_id.as_str().unwrap()), &position).expect(201);
     let (session_id, image) = session_with_an_image(server);
     let recording_id = recorded_live_view(server);
+    let stl = block_stl([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0]]);
+    let headers = [("content-type", "application/octet-stream")];
+    let model_id = server.send("POST", "/api/v1/models?name=cube.stl", &headers, &stl).expect(201)["id"].clone();
     let jobs = server.get("/api/v1/jobs").expect(200);
     let job_ids: Vec<&Value> = jobs["items"].as_array().unwrap().iter().map(|job| &job["id"]).collect();
     json!({
@@ -65,6 +68,7 @@ fn existing_resources(server: &Server) -> Value {
         "calibrations": { "id": [calibration_id], "with": [calibration_id] },
         "calibration-sessions": { "id": [session_id], "artifact": [image] },
         "jobs": { "id": job_ids },
+        "models": { "id": [model_id] },
         "recordings": { "id": [recording_id] },
         "recipes": { "id": ["block"], "version": [1] },
         "studies": { "id": [study_id] },

@@ -11,10 +11,20 @@ import schemathesis
 
 KNOWN_IDS = json.loads(os.environ.get("SHEAF_KNOWN_IDS", "{}"))
 
-@schemathesis.serializer("application/zip", "application/x-tar", "model/stl")
+@schemathesis.serializer("application/zip", "application/x-tar", "application/octet-stream", "model/stl")
 def raw(ctx, value):
     """An upload is bytes; what is no archive or part must be answered with a problem."""
     return value if isinstance(value, bytes) else str(value).encode()
+
+
+# Requests with a whole plan, whose many parts make thousands of cases that all end in the same checks.
+WITH_A_PLAN = ("/evaluate", "/deviations")
+
+
+@schemathesis.hook
+def filter_case(context, case):
+    """One of eight requests with a plan; which one follows from the request itself."""
+    return not case.operation.path.endswith(WITH_A_PLAN) or sum(repr(case.body).encode()) % 8 == 0
 
 
 @schemathesis.hook

@@ -17,6 +17,7 @@ use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
 use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, RecordedFrames, ScanInput, StationContext};
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::inspections::{inspection_changes, judged, new_inspection, newly_violated};
+use crate::resources::models::models_of;
 use crate::resources::recipes::{RecipeVersion, stored_version};
 use crate::resources::scan_run::{ScanPurpose, ScanSettings};
 use crate::resources::stored_scan::stored_cloud;
@@ -78,7 +79,8 @@ fn result_on(version: &RecipeVersion, scan: &ScanRecord, ctx: &ComputeContext) -
     ctx.report(1.0, Phase::Measuring.counted(0, plan.characteristics.len()), "measuring");
     let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, Some(&scan.calibration_id)))?;
     let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, scan))?;
-    Ok(judged(plan, scan, &cloud, &document.calibration())?)
+    let models = ctx.wait(models_of(&*ctx.artifacts, plan))?;
+    Ok(judged(plan, scan, &cloud, &document.calibration(), &models)?)
 }
 
 fn message(version: &RecipeVersion, result: &PlanResult) -> String {

@@ -1,7 +1,7 @@
 //! Inspections on the small simulated station: one transaction for scan, inspection and event; nothing for a part whose
 //! scan was stopped; invalid where the scan allows no verdict.
 
-use metrology::PartVerdict;
+use metrology::{Models, PartVerdict};
 use serde_json::json;
 use store::{Change, InspectionFilter, InspectionRecord, Page, ScanState};
 use twin::SceneKind;
@@ -260,9 +260,9 @@ fn a_scan_without_a_verdict_makes_every_result_invalid() {
         .calibration();
     let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();
     let plan = gauge(8.9).plan;
-    assert_eq!(judged(&plan, &scan, &cloud, &calibration).unwrap().verdict, PartVerdict::Ok);
+    assert_eq!(judged(&plan, &scan, &cloud, &calibration, &Models::new()).unwrap().verdict, PartVerdict::Ok);
     scan.state = ScanState::Invalid;
-    let result = judged(&plan, &scan, &cloud, &calibration).unwrap();
+    let result = judged(&plan, &scan, &cloud, &calibration, &Models::new()).unwrap();
     assert_eq!(
         (result.verdict, result.characteristics[0].verdict),
         (PartVerdict::Invalid, Some(PartVerdict::Invalid))

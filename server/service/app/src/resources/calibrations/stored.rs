@@ -1,7 +1,7 @@
 //! Stored calibration documents.
 
 use calibration::CalibrationDocument;
-use store::Artifacts;
+use store::{Artifacts, Catalogue};
 
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
@@ -19,7 +19,19 @@ pub async fn stored_document(
         Some(id) => id.to_owned(),
         None => active_id(catalogue).await?,
     };
-    let record = catalogue.read().calibration(&id).await?;
+    document_of(catalogue.read(), artifacts, &id).await
+}
+
+/// The document of the calibration `id`.
+///
+/// # Errors
+/// The calibration does not exist, or its document is damaged.
+pub async fn document_of(
+    read: &dyn Catalogue,
+    artifacts: &dyn Artifacts,
+    id: &str,
+) -> Result<CalibrationDocument, AppError> {
+    let record = read.calibration(id).await?;
     let what = format!("the document of calibration {id}");
     let bytes = artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))?;
     let text = String::from_utf8_lossy(&bytes);

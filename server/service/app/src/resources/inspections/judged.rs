@@ -1,6 +1,6 @@
 //! Evaluation of a plan on the scan of a part.
 
-use metrology::{MeasureError, Plan, PlanResult, evaluate};
+use metrology::{MeasureError, Models, Plan, PlanResult, evaluate};
 use optics::Calibration;
 use scanning::Cloud;
 use store::{ScanRecord, ScanState};
@@ -19,8 +19,9 @@ pub fn judged(
     scan: &ScanRecord,
     cloud: &Cloud,
     calibration: &Calibration,
+    models: &Models,
 ) -> Result<PlanResult, AppError> {
-    let result = match evaluate(plan, cloud, Some(calibration)) {
+    let result = match evaluate(plan, cloud, Some(calibration), models) {
         Ok(result) => result,
         Err(error @ MeasureError::CalibrationMismatch { .. }) => return Err(Failure::from(error).into()),
         Err(error) => PlanResult::not_measured(plan, &error),

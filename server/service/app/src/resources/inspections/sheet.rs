@@ -1,12 +1,19 @@
 //! The report of an inspection, made on request from its record and the cloud.
 
-use metrology::PartVerdict;
-use report::inspection::{CharacteristicRow, InspectionSheet, inspection_page, inspection_pdf, measured_surfaces};
+use std::sync::Arc;
+
+use metrology::{Measure, PartVerdict, Plan, evaluate};
+use pipeline::Failure;
+use report::inspection::{
+    CharacteristicRow, InspectionSheet, ModelComparison, inspection_page, inspection_pdf, measured_surfaces,
+};
 use scanning::Cloud;
 use store::{Artifacts, Catalogue, StoreError};
 
 use crate::error::{AppError, ErrorKind};
+use crate::resources::calibrations::stored::document_of;
 use crate::resources::inspections::{CharacteristicMessage, InspectionMessage};
+use crate::resources::models::{models_of, surface_profiles};
 use crate::resources::recipes::RecipeVersion;
 use crate::resources::stored_scan::stored_cloud;
 
@@ -32,19 +39,56 @@ pub async fn inspection_report(
     let record = read.inspection(id).await?;
     let result = record.body["result"].clone();
     let inspection: InspectionMessage = record.try_into()?;
-    let cloud = cloud_of(&inspection, read, artifacts).await?;
+    let cloud = cloud_of(&inspection, read, artifacts).await?.map(Arc::new);
     let recipe = &inspection.recipe;
     let version = RecipeVersion::of(read.recipe_version(&recipe.id, recipe.version).await?)?;
-    let surfaces = measured_surfaces(&result, &version.recipe.plan);
-    let sheet = InspectionSheet { surfaces, ..sheet(inspection)? };
+    let plan = &version.recipe.plan;
+    let surfaces = measured_surfaces(&result, plan);
+    let comparisons = match &cloud {
+        Some(cloud) => comparisons(plan, cloud, &inspection.calibration_id, read, artifacts).await?,
+        None => Vec::new(),
+    };
+    let sheet = InspectionSheet { surfaces, comparisons, ..sheet(inspection)? };
     let written = tokio::task::spawn_blocking(move || match format {
-        ReportFormat::Html => inspection_page(&sheet, cloud.as_ref()).map(String::into_bytes),
-        ReportFormat::Pdf => inspection_pdf(&sheet, cloud.as_ref()),
+        ReportFormat::Html => inspection_page(&sheet, cloud.as_deref()).map(String::into_bytes),
+        ReportFormat::Pdf => inspection_pdf(&sheet, cloud.as_deref()),
     });
     let ended = |cause: tokio::task::JoinError| {
         AppError::new(ErrorKind::Internal, "the report could not be written").because(cause.to_string())
     };
     Ok(written.await.map_err(ended)??)
+}
+
+/// The comparisons with CAD models of a plan, made again from the cloud: an inspection stores only their statistics.
+async fn comparisons(
+    plan: &Plan,
+    cloud: &Arc<Cloud>,
+    calibration_id: &str,
+    read: &dyn Catalogue,
+    artifacts: &dyn Artifacts,
+) -> Result<Vec<ModelComparison>, AppError> {
+    let plan = surface_profiles(plan, |_| true);
+    if plan.characteristics.is_empty() {
+        return Ok(Vec::new());
+    }
+    let models = models_of(artifacts, &plan).await?;
+    let calibration = document_of(read, artifacts, calibration_id).await?.calibration();
+    let cloud = cloud.clone();
+    let evaluated = tokio::task::spawn_blocking(move || {
+        let result = evaluate(&plan, &cloud, Some(&calibration), &models).map_err(Failure::from)?;
+        let named = plan.characteristics.into_iter().zip(result.characteristics);
+        let compared = named.filter_map(|(asked, result)| match asked.measure {
+            Measure::SurfaceProfile { model, .. } => {
+                let comparison = *result.comparison?;
+                Some(ModelComparison { id: asked.id, model: model.name, comparison })
+            }
+            _ => None,
+        });
+        Ok::<_, AppError>(compared.collect())
+    });
+    evaluated.await.map_err(|cause| {
+        AppError::new(ErrorKind::Internal, "the part could not be compared").because(cause.to_string())
+    })?
 }
 
 async fn cloud_of(
@@ -81,6 +125,7 @@ fn sheet(inspection: InspectionMessage) -> Result<InspectionSheet, AppError> {
         facts,
         characteristics: inspection.results.into_iter().map(row).collect(),
         surfaces: Vec::new(),
+        comparisons: Vec::new(),
         seq: inspection.seq,
         serial: inspection.serial,
         id: inspection.id,

@@ -1,4 +1,8 @@
-//! Recipes: publish, restore a version, archive, import.
+//! Recipes: publish, restore a version, archive, import; the CAD models that they name.
+
+mod models;
+
+pub use models::{add_model, delete_model};
 
 use station::wall_clock::now_ms;
 use store::{Change, StoreError};
@@ -8,6 +12,7 @@ use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, RecipePublished, event};
 use crate::resources::labels::label;
+use crate::resources::models::hold_models;
 use crate::resources::recipes::check::check_id;
 use crate::resources::recipes::{Recipe, RecipeFile, RecipeVersion, newest_version, stored_version};
 
@@ -94,6 +99,7 @@ async fn store_version(
     check_id(&id)?;
     label(&reason, "/reason")?;
     recipe.check()?;
+    hold_models(&*app.artifacts, &recipe.plan, "/recipe/plan").await?;
     let version = RecipeVersion {
         id,
         version: after + 1,

@@ -13,12 +13,13 @@ use crate::limits::{HEAVY_REQUESTS, HEAVY_WAIT};
 use crate::problem::{Problem, ProblemKind};
 
 /// The matched routes.
-const HEAVY: [(Method, &str); 7] = [
+const HEAVY: [(Method, &str); 8] = [
     (Method::GET, "/api/v1/scans/{id}/cloud"),
     (Method::GET, "/api/v1/scans/{id}/mesh"),
     (Method::GET, "/api/v1/scans/{id}/exports/{file}"),
     (Method::POST, "/api/v1/scans/{id}/measurements"),
     (Method::POST, "/api/v1/scans/{id}/evaluate"),
+    (Method::POST, "/api/v1/scans/{id}/deviations"),
     (Method::POST, "/api/v1/scans/{id}/find-features"),
     (Method::GET, "/api/v1/calibrations/{id}/diff"),
 ];

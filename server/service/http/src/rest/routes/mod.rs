@@ -35,6 +35,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(measurements::routes())
         .merge(measurement_plan::routes())
         .merge(inspection::recipes::routes())
+        .merge(inspection::models::routes())
         .merge(inspection::inspections::routes())
         .merge(inspection::evaluation::routes())
         .merge(inspection::statistics::routes())

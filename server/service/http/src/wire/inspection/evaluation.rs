@@ -18,6 +18,19 @@ pub struct EvaluatePlanDto {
     pub plan: PlanDto,
 }
 
+/// Request for the deviations of a scan from a CAD model.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DeviationsRequestDto {
+    /// The plan.
+    pub plan: PlanDto,
+    /// Id of one of its characteristics, a surface profile.
+    pub characteristic: String,
+    /// At most about this many points, evenly thinned; 300,000 if absent.
+    #[schema(minimum = 1, maximum = 5_000_000)]
+    pub limit: Option<u32>,
+}
+
 /// What an inspection with the plan would say about the scanned part. It is not stored.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct EvaluationDto {

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
+use crate::wire::inspection::comparison::ComparisonDto;
 use crate::wire::measurement::measurements::VerdictDto;
 
 /// Results of a plan on a part.
@@ -81,6 +82,9 @@ pub struct CharacteristicResultDto {
     pub failure: Option<String>,
     /// Notes, in sentences.
     pub notes: Vec<String>,
+    /// For a surface profile: the comparison with the CAD model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ComparisonDto>,
     /// Attributes from the plan, unchanged.
     pub attributes: BTreeMap<String, AttributeDto>,
 }
@@ -220,13 +224,25 @@ mod tests {
                     "rms_mm": 0.02, "findings": [{ "kind": "short_arc", "text": "short" }], "failure": null })
             })
             .collect();
+        let comparison = json!({
+            "verdict": "not_ok", "tolerance_mm": 0.1,
+            "datum_from_part": { "rotation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                "translation_mm": [1.0, 2.0, 3.0] },
+            "locked": ["the rotation about z"], "fit_rms_mm": 0.01, "n_points": 9, "n_beyond": 1, "mean_mm": 0.001,
+            "rms_mm": 0.01, "std_mm": 0.01, "range_mm": [-0.1, 0.2],
+            "percentiles": { "p2_5_mm": -0.02, "p50_mm": 0.0, "p97_5_mm": 0.02 },
+            "area_mm2": 900.0, "covered_mm2": 800.0, "out_of_tolerance_mm2": 2.0, "surely_out_of_tolerance_mm2": 1.0,
+            "worst": [{ "at_mm": [1.0, 2.0, 3.0], "deviation_mm": 0.2, "expanded_uncertainty_mm": 0.01,
+                "n_points": 7 }],
+            "uncertainty_complete": true, "uncertainty_missing": [], "notes": ["a note"],
+        });
         let characteristic = json!({
             "id": "h", "measure": "step", "unit": "mm", "value": 8.9, "components": [0.1, 0.2, 0.3], "nominal": 8.9,
             "lower": -0.05, "upper": null, "error": 0.0, "u_noise": 0.001, "u_systematic": 0.002,
             "expanded_uncertainty": 0.004, "coverage_factor": 2.0, "uncertainty_complete": false,
             "uncertainty_missing": ["calibration"],
             "findings": [{ "feature": "f", "kind": "short_arc", "text": "short" }], "verdict": "undecided",
-            "reason": "U is incomplete", "failure": null, "notes": ["a note"],
+            "reason": "U is incomplete", "failure": null, "notes": ["a note"], "comparison": comparison,
             "attributes": { "K2001": "4", "line": 4, "share": 0.5, "critical": true },
         });
         let pose = json!({ "rotation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

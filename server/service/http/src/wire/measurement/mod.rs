@@ -3,3 +3,4 @@
 pub mod measurement_plan;
 pub mod measurement_results;
 pub mod measurements;
+pub mod models;

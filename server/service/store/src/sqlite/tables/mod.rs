@@ -7,6 +7,7 @@ pub mod events;
 pub mod inspections;
 pub mod jobs;
 pub mod measurements;
+pub mod models;
 pub mod recipes;
 pub mod recordings;
 pub mod scans;

@@ -10,7 +10,7 @@ use twin::{Scene, SceneKind};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
+use crate::limits::{MODEL_BODY_LIMIT_BYTES, MODEL_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::control::By;
 use crate::rest::extract::{ApiJson, ApiPath, media_type, whole_body};
@@ -74,7 +74,7 @@ async fn place_part(
         return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body has no STL content type")
             .remedy("send Content-Type: model/stl"));
     }
-    let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
+    let bytes = whole_body(body, MODEL_BODY_LIMIT_BYTES, MODEL_BODY_TIMEOUT).await?;
     use_cases::place_part(&app, &by, bytes).await?;
     get_scene(State(app)).await
 }

@@ -1,7 +1,8 @@
-//! Recipes, inspections, statistics over them, and studies of the station.
+//! Recipes, CAD models, inspections, statistics over them, and studies of the station.
 
 pub mod evaluation;
 pub mod inspections;
+pub mod models;
 pub mod recipes;
 pub mod statistics;
 pub mod studies;

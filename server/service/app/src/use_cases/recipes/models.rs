@@ -1,0 +1,64 @@
+//! CAD models of parts.
+
+use station::wall_clock::now_ms;
+use store::{Change, ModelRecord};
+
+use serde_json::json;
+
+use crate::App;
+use crate::access::principal::Principal;
+use crate::error::{AppError, ErrorKind};
+use crate::events::{Event, ModelCreated, event};
+use crate::resources::labels::label;
+use crate::resources::models::{ModelSummary, nominal_of};
+use crate::resources::stored_scan::new_id;
+
+/// Checks a model and stores it, together with what `and` returns. The name of its file tells the format.
+///
+/// # Errors
+/// The file is not a mesh or no oriented surface, or `and` fails.
+pub async fn add_model<E: From<AppError>>(
+    app: &App,
+    by: &Principal,
+    name: String,
+    bytes: Vec<u8>,
+    and: impl FnOnce(&ModelRecord) -> Result<Vec<Change>, E>,
+) -> Result<ModelRecord, E> {
+    label(&name, "query/name")?;
+    let of = name.clone();
+    let checked = tokio::task::spawn_blocking(move || {
+        let summary = ModelSummary::of(&nominal_of(&of, &bytes)?);
+        Ok::<_, AppError>((summary, bytes))
+    });
+    let (summary, bytes) = checked.await.map_err(|cause| {
+        AppError::new(ErrorKind::Internal, "the model could not be checked").because(cause.to_string())
+    })??;
+    let file = app.artifacts.put(&bytes).await.map_err(AppError::from)?;
+    let record = ModelRecord {
+        id: new_id(),
+        name,
+        file,
+        size_bytes: bytes.len() as u64,
+        summary: json!(summary),
+        created_at_ms: now_ms(),
+    };
+    let created = ModelCreated {
+        name: record.name.clone(),
+        sha256: record.file.as_str().to_owned(),
+        actor: by.actor.clone(),
+    };
+    let mut changes = vec![Change::InsertModel(record.clone()), event(&record.id, Event::ModelCreated(created))];
+    changes.extend(and(&record)?);
+    app.catalogue.commit(changes).await.map_err(AppError::from)?;
+    Ok(record)
+}
+
+/// Deletes a model. Recipes that name it keep its file.
+///
+/// # Errors
+/// If it does not exist.
+pub async fn delete_model(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
+    let gone = event(&id, Event::ModelDeleted(by.initiator()));
+    app.catalogue.commit(vec![Change::DeleteModel(id), gone]).await?;
+    Ok(())
+}
