@@ -2,6 +2,7 @@
 
 import type { Schemas } from "../src/api/client";
 import type { Server } from "./harness";
+import { type Corner, placePart, stlOf, type Triangle } from "./stl";
 
 /** Nominal height of the block, mm. */
 export const HEIGHT_MM = 8.9;
@@ -21,22 +22,12 @@ const FACES = [
 
 /** Puts a block of this height on the stage. */
 export async function placeBlock(server: Server, height_mm: number): Promise<void> {
-  const corner = (idx: number) =>
-    [idx & 1 ? 10 : -10, idx & 2 ? 8 : -8, idx & 4 ? height_mm : 0].map((mm) => mm.toFixed(6)).join(" ");
-  const triangles = FACES.flatMap(([a, b, c, d]) => [
-    [a, b, c],
-    [a, c, d],
+  const corner = (idx: number): Corner => [idx & 1 ? 10 : -10, idx & 2 ? 8 : -8, idx & 4 ? height_mm : 0];
+  const triangles = FACES.flatMap(([a, b, c, d]): Triangle[] => [
+    [corner(a), corner(b), corner(c)],
+    [corner(a), corner(c), corner(d)],
   ]);
-  const facets = triangles.map(
-    (corners) =>
-      `facet normal 0 0 0\nouter loop\n${corners.map((idx) => `vertex ${corner(idx)}\n`).join("")}endloop\nendfacet\n`,
-  );
-  const answer = await fetch(`${server.url}/api/v1/simulation/scene/part`, {
-    method: "PUT",
-    headers: { "content-type": "model/stl" },
-    body: `solid block\n${facets.join("")}endsolid block\n`,
-  });
-  if (!answer.ok) throw new Error(await answer.text());
+  await placePart(server, stlOf(triangles));
 }
 
 /** A recipe for the block: its height, within ±`tolerance_mm`, and the flatness of its top, without limits. */

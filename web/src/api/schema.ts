@@ -956,6 +956,59 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/models": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists CAD models, newest first. */
+        get: operations["list_models"];
+        put?: never;
+        /** Uploads the CAD model of a part as STL, GLB or PLY, at most 64 MiB. STL and PLY are in millimetres, GLB in metres. */
+        post: operations["upload_model"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/models/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns a CAD model. */
+        get: operations["get_model"];
+        put?: never;
+        post?: never;
+        /** Deletes a CAD model. Recipes that name it keep its file. */
+        delete: operations["delete_model"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/models/{id}/file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Downloads the file of a CAD model as it was uploaded. */
+        get: operations["download_model"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/recipes": {
         parameters: {
             query?: never;
@@ -1326,6 +1379,27 @@ export interface paths {
         get: operations["get_cloud"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/scans/{id}/deviations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Returns the deviations of the points of a scan from a CAD model, for a map: for each point five little-endian 32-bit floats:
+         *     x, y, z in the frame of the scan, the deviation (positive outside the surface, NaN where there is no surface to compare
+         *     with) and its standard uncertainty, all in mm. Takes some seconds; a request whose client goes away is cancelled.
+         */
+        post: operations["get_deviations"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3019,6 +3093,7 @@ export interface components {
             attributes: {
                 [key: string]: components["schemas"]["AttributeDto"];
             };
+            comparison?: components["schemas"]["ComparisonDto"] | null;
             /** @description For an angle: rotations about two axes; for a position: deviations along x, y, z. */
             components?: number[] | null;
             /**
@@ -3113,6 +3188,78 @@ export interface components {
          * @enum {string}
          */
         CloudFormatDto: "ply" | "csv" | "pcd" | "e57";
+        /**
+         * @description A scan compared with the surface of a CAD model. Deviations are positive outside the surface; statistics are weighted by
+         *     area.
+         */
+        ComparisonDto: {
+            /**
+             * Format: double
+             * @description Area of the compared surface.
+             */
+            area_mm2: number;
+            /**
+             * Format: double
+             * @description Area covered by points.
+             */
+            covered_mm2: number;
+            /** @description The frame of the model. */
+            datum_from_part: components["schemas"]["PoseDto"];
+            /**
+             * Format: double
+             * @description RMS of the residuals of a best fit; absent without one.
+             */
+            fit_rms_mm?: number | null;
+            /** @description Degrees of freedom that the points did not constrain and a best fit left unchanged. */
+            locked: string[];
+            /**
+             * Format: double
+             * @description Mean deviation.
+             */
+            mean_mm: number;
+            /** @description Number of points too far from the surface to be compared. */
+            n_beyond: number;
+            /** @description Number of points that were compared. */
+            n_points: number;
+            /** @description Notes, in sentences. */
+            notes: string[];
+            /**
+             * Format: double
+             * @description Area out of tolerance; absent without a tolerance.
+             */
+            out_of_tolerance_mm2?: number | null;
+            /** @description Percentiles. */
+            percentiles: components["schemas"]["DeviationPercentilesDto"];
+            /** @description Smallest and largest deviation of single points. */
+            range_mm: number[];
+            /**
+             * Format: double
+             * @description Root of the mean square.
+             */
+            rms_mm: number;
+            /**
+             * Format: double
+             * @description Standard deviation.
+             */
+            std_mm: number;
+            /**
+             * Format: double
+             * @description Area out of tolerance by more than U.
+             */
+            surely_out_of_tolerance_mm2?: number | null;
+            /**
+             * Format: double
+             * @description Permitted deviation to either side.
+             */
+            tolerance_mm?: number | null;
+            /** @description Whether U contains all contributions. */
+            uncertainty_complete: boolean;
+            /** @description Names of the contributions missing from U. */
+            uncertainty_missing: string[];
+            verdict?: components["schemas"]["VerdictDto"] | null;
+            /** @description The largest deviations, largest first. */
+            worst: components["schemas"]["WorstDeviationDto"][];
+        };
         /** @description A control chart of individual values and moving ranges. */
         ControlChartDto: {
             capability?: components["schemas"]["ProcessCapabilityDto"] | null;
@@ -3426,6 +3573,36 @@ export interface components {
              */
             near_mm: number;
         };
+        /** @description Percentiles of deviations. */
+        DeviationPercentilesDto: {
+            /**
+             * Format: double
+             * @description 2.5 %.
+             */
+            p2_5_mm: number;
+            /**
+             * Format: double
+             * @description 50 %.
+             */
+            p50_mm: number;
+            /**
+             * Format: double
+             * @description 97.5 %.
+             */
+            p97_5_mm: number;
+        };
+        /** @description Request for the deviations of a scan from a CAD model. */
+        DeviationsRequestDto: {
+            /** @description Id of one of its characteristics, a surface profile. */
+            characteristic: string;
+            /**
+             * Format: int32
+             * @description At most about this many points, evenly thinned; 300,000 if absent.
+             */
+            limit?: number | null;
+            /** @description The plan. */
+            plan: components["schemas"]["Plan"];
+        };
         /** @description A door: an interface that delivers events to another system. */
         DoorDto: {
             /** @description The last attempts, newest first, since the start of the server; at most 100. */
@@ -3666,6 +3843,16 @@ export interface components {
             body: components["schemas"]["MeasurementPlanChanged"];
             /** @enum {string} */
             kind: "measurement_plan.changed";
+        } | {
+            /** @description A CAD model was uploaded. */
+            body: components["schemas"]["ModelCreated"];
+            /** @enum {string} */
+            kind: "model.created";
+        } | {
+            /** @description A CAD model was deleted. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "model.deleted";
         } | {
             /** @description A version of a recipe was published, imported, or restored from an earlier one. */
             body: components["schemas"]["RecipePublished"];
@@ -5084,6 +5271,39 @@ export interface components {
             next?: string | null;
         };
         /** @description A page of a list. */
+        ListDto_ModelDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /**
+                 * Format: int64
+                 * @description Time of creation, ms since 1970 (UTC).
+                 */
+                created_at_ms: number;
+                /** @description URL of its file. */
+                file: string;
+                /** @description Its id. */
+                id: string;
+                /** @description Name of its file. */
+                name: string;
+                /** @description SHA-256 of its file, by which plans name it. */
+                sha256: string;
+                /**
+                 * Format: int64
+                 * @description Size of its file.
+                 */
+                size_bytes: number;
+                /** @description Triangles and dimensions. */
+                summary: components["schemas"]["ModelSummaryDto"];
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
+        /** @description A page of a list. */
         ListDto_RecipeItemDto: {
             /**
              * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
@@ -5612,6 +5832,38 @@ export interface components {
             /** @description One entry per model, simplest first. */
             scores: components["schemas"]["ModelScoreDto"][];
         };
+        /** @description A CAD model that was uploaded. */
+        ModelCreated: {
+            /** @description Who uploaded it. */
+            actor: string;
+            /** @description Name of its file. */
+            name: string;
+            /** @description SHA-256 of the file, by which plans name it. */
+            sha256: string;
+        };
+        /** @description A CAD model: the nominal surface of a part. */
+        ModelDto: {
+            /**
+             * Format: int64
+             * @description Time of creation, ms since 1970 (UTC).
+             */
+            created_at_ms: number;
+            /** @description URL of its file. */
+            file: string;
+            /** @description Its id. */
+            id: string;
+            /** @description Name of its file. */
+            name: string;
+            /** @description SHA-256 of its file, by which plans name it. */
+            sha256: string;
+            /**
+             * Format: int64
+             * @description Size of its file.
+             */
+            size_bytes: number;
+            /** @description Triangles and dimensions. */
+            summary: components["schemas"]["ModelSummaryDto"];
+        };
         /** @description Error of one light model on held-out poses; figures are absent if it could not be fitted. */
         ModelScoreDto: {
             /** @description Why it could not be fitted. */
@@ -5638,6 +5890,22 @@ export interface components {
             held_out_rms_px?: number | null;
             /** @description The model. */
             model: components["schemas"]["LightModelNameDto"];
+        };
+        /** @description Triangles and dimensions of a model. */
+        ModelSummaryDto: {
+            /**
+             * Format: double
+             * @description Area of the surface.
+             */
+            area_mm2: number;
+            /** @description Whether the surface is closed. */
+            closed: boolean;
+            /** @description Largest x, y, z. */
+            max_mm: number[];
+            /** @description Smallest x, y, z. */
+            min_mm: number[];
+            /** @description Number of triangles, without degenerate ones. */
+            n_triangles: number;
         };
         /** @description An accepted motion; it continues after the response. */
         MotionDto: {
@@ -6104,6 +6372,25 @@ export interface components {
             /** @enum {string} */
             type: "profile";
         } | {
+            /**
+             * @description Aligned by best fit of all points: from the datums, or from `start` in a plan without an alignment. What a best
+             *     fit absorbs does not appear in the deviations.
+             */
+            best_fit?: boolean;
+            /** @description The model, in the datum frame. */
+            model: components["schemas"]["PlanModelRef"];
+            /**
+             * Format: double
+             * @description Points further from the surface do not belong to it, mm; 2 % of the model's diagonal if absent.
+             */
+            reach_mm?: number | null;
+            /** @description Part of the surface that is toleranced, in the frame of the model; all of it if absent. */
+            region?: components["schemas"]["PlanRegion"] | null;
+            /** @description Approximate pose of the model in the scan: x, y, z (mm), rotations about x, y, z (degrees). */
+            start?: number[] | null;
+            /** @enum {string} */
+            type: "surface_profile";
+        } | {
             /** @description The rim it is measured from: an edge, a line, or a cylinder (a rolled edge). */
             from: string;
             /** @description The reference plane. */
@@ -6138,6 +6425,13 @@ export interface components {
             of: string;
             /** @enum {string} */
             type: "length";
+        };
+        /** @description A CAD model, named by its content, so that a plan always means the same surface. */
+        PlanModelRef: {
+            /** @description Name of its file: STL, GLB or PLY. */
+            name: string;
+            /** @description SHA-256 of the file, 64 hexadecimal digits. */
+            sha256: string;
         };
         /** @description The version of the document. */
         PlanPlanFormat: "sheaf-plan/1";
@@ -8692,6 +8986,23 @@ export interface components {
             /** @description `lost_steps`, `wavelength`, `order_powers`, `stage_scale`. */
             watch: string;
         };
+        /** @description A large deviation: the mean of a cell of the surface. */
+        WorstDeviationDto: {
+            /** @description Its place on the surface, in the frame of the model. */
+            at_mm: number[];
+            /**
+             * Format: double
+             * @description The deviation.
+             */
+            deviation_mm: number;
+            /**
+             * Format: double
+             * @description Its expanded uncertainty (k = 2).
+             */
+            expanded_uncertainty_mm: number;
+            /** @description Number of its points. */
+            n_points: number;
+        };
     };
     responses: {
         /** @description Problem details: what went wrong, its cause and remedy */
@@ -10956,6 +11267,165 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
+    list_models: {
+        parameters: {
+            query?: {
+                /** @description Id of the last record of the previous page. */
+                before?: string;
+                /** @description Records per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_ModelDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    upload_model: {
+        parameters: {
+            query: {
+                /** @description Name of the file: its ending `.stl`, `.glb` or `.ply` tells the format. */
+                name: string;
+            };
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ModelDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_model: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ModelDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    delete_model: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Deleted */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    download_model: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
     list_recipes: {
         parameters: {
             query?: {
@@ -11952,6 +12422,45 @@ export interface operations {
             408: components["responses"]["Problem"];
             409: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_deviations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DeviationsRequestDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
             507: components["responses"]["Problem"];

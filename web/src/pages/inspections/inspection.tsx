@@ -9,6 +9,7 @@ import { type Inspection, versionName } from "../../state/records/inspections";
 import { language, text } from "../../text";
 import { dateTime } from "../../units";
 import { Characteristics } from "./characteristics";
+import { Comparisons } from "./comparison";
 import { PartCard } from "./part_card";
 import { PartState } from "./part_state";
 import { ReEvaluate } from "./re_evaluate";
@@ -60,7 +61,10 @@ function InspectionDetails({ inspection }: { inspection: Inspection }) {
       {inspection.scan_id ? (
         <OnPart inspection={inspection} scan_id={inspection.scan_id} />
       ) : (
-        <Characteristics recipe_id={inspection.recipe.id} results={inspection.results} />
+        <>
+          <Characteristics recipe_id={inspection.recipe.id} results={inspection.results} />
+          <Comparisons results={inspection.results} surface={undefined} />
+        </>
       )}
       <div class="cards">
         <Facts inspection={inspection} />
@@ -90,9 +94,14 @@ function OnPart({ inspection, scan_id }: { inspection: Inspection; scan_id: stri
         recipe_id={inspection.recipe.id}
         results={inspection.results}
         current={part?.current.value}
-        shower={(id) => (part?.on_cloud.places.has(id) ? () => part.showFromRow(id) : undefined)}
+        shower={(id) => (part?.canShow(id) ? () => part.showFromRow(id) : undefined)}
       />
       <Show of={state}>{(part) => <PartCard state={part} />}</Show>
+      <Comparisons
+        results={inspection.results}
+        surface={part?.surface}
+        reveal={() => part?.result.view.reveal()}
+      />
     </>
   );
 }

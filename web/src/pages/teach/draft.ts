@@ -220,7 +220,14 @@ export interface Limits {
 }
 
 /** Measures that are never below 0, their nominal value: only an upper limit applies. */
-const DEVIATIONS: readonly string[] = ["flatness", "parallelism", "perpendicularity", "position", "profile"];
+const DEVIATIONS: readonly string[] = [
+  "flatness",
+  "parallelism",
+  "perpendicularity",
+  "position",
+  "profile",
+  "surface_profile",
+];
 
 export function isDeviation({ measure }: Pick<Characteristic, "measure">): boolean {
   return DEVIATIONS.includes(measure.type);

@@ -10,12 +10,14 @@ import type { CloudViewer } from "../../scene/view/viewer";
 import { href, route } from "../../state/browser/route";
 import type { Inspection } from "../../state/records/inspections";
 import { text } from "../../text";
+import { Comparisons } from "../inspections/comparison";
 import { findScan } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { CloudView } from "../viewer/cloud_view";
 import { ComposedCard } from "./composed_card";
 import { PlanCard } from "./plan_card";
 import { PublishCard, RecipeCard } from "./publish_card";
+import { SurfaceCard } from "./surface_card";
 import { TeachState } from "./teach_state";
 import { ToolCard } from "./tool_card";
 import "./teach.css";
@@ -79,9 +81,15 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
           <RecipeCard state={state} />
           <ToolCard state={state} />
           <ComposedCard state={state} />
+          <SurfaceCard state={state} />
         </div>
       </div>
       <PlanCard state={state} form={form} />
+      <Comparisons
+        results={state.trial.answered.value?.said.results ?? []}
+        surface={state.surface}
+        reveal={() => view.reveal()}
+      />
       <PublishCard state={state} form={form} />
     </div>
   );

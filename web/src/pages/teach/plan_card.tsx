@@ -87,7 +87,7 @@ function Row({ state, one, form }: { state: TeachState; one: Characteristic; for
     ["upper", words.upper],
   ] as const;
   const shown = isDeviation(one) ? fields.slice(2) : fields;
-  const has_place = state.on_cloud.value?.places.has(one.id);
+  const has_place = state.on_cloud.value?.places.has(one.id) || state.surface.comparison(one.id) !== undefined;
   const is_shown = state.current.value === one.id;
   return (
     <tr data-taught={one.id} data-current={current} aria-current={is_shown ? "true" : undefined}>

@@ -1,6 +1,6 @@
 /** What an inspection with a plan would say about the scan, from the server. Only the newest plan counts. */
 
-import { type ReadonlySignal, signal } from "@preact/signals";
+import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import { type Api, data, type Problem, problemOf } from "../../api/client";
 import type { Evaluation, Plan } from "./draft";
 
@@ -12,6 +12,11 @@ export interface Answered {
 
 export class PlanTrial {
   private readonly answered_ = signal<Answered | undefined>(undefined);
+  /** The plan of the newest answer with its results. */
+  readonly compared = computed(() => {
+    const { plan, said } = this.answered_.value ?? {};
+    return plan && said && { plan, results: said.results };
+  });
   private readonly running_ = signal(false);
   private readonly problem_ = signal<Problem | undefined>(undefined);
   private request: AbortController | undefined;

@@ -12,6 +12,7 @@ import { Command } from "../../state/station/command";
 import { ResultState } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { PlanOnCloud } from "../viewer/plan_on_cloud";
+import { SurfaceDeviations } from "../viewer/surface_deviations";
 import {
   type Candidate,
   type Characteristic,
@@ -76,6 +77,8 @@ export class TeachState {
     const answered = this.trial.answered.value;
     return answered && new PlanOnCloud(answered.plan, answered.said, () => this.viewer?.cloud);
   });
+  /** Deviations from CAD models, of the plan that was evaluated last. */
+  readonly surface: SurfaceDeviations;
   /** The recipe of which the next version is taught; undefined: a new one. */
   readonly base = signal<Schemas["NewestRecipeDto"] | undefined>(undefined);
   readonly new_id = signal("");
@@ -101,6 +104,7 @@ export class TeachState {
   ) {
     this.result = new ResultState(app, scan);
     this.trial = new PlanTrial(app.api, scan.id);
+    this.surface = new SurfaceDeviations(scan.id, this.trial.compared, this.result.view);
     this.measure = new Command(() => this.tryCandidate());
     this.publish = new Command(() => this.publishPlan());
     this.load = new Command((_steps, id) => this.start(id));
@@ -122,16 +126,18 @@ export class TeachState {
   /** Evaluates the plan whenever it changes, until the returned function is called. */
   follow(): () => void {
     const { view } = this.result;
-    view.onLabel = (id) => this.show(id);
+    view.onLabel = (id) => this.surface.showLabelled(id) || this.show(id);
     const ends = [
       effect(() => {
         const tried = this.tried.value;
-        if (!this.scan.cloud || tried.features.length === 0) this.trial.clear();
+        const is_empty = tried.features.length + tried.characteristics.length === 0;
+        if (!this.scan.cloud || is_empty) this.trial.clear();
         else if (this.trial.answered.peek()?.plan === tried) this.trial.cancel();
         else this.evaluating = this.trial.evaluate(tried);
       }),
       effect(() => {
-        view.labels.value = this.on_cloud.value?.labels(this.current.value) ?? [];
+        const features = this.on_cloud.value?.labels(this.current.value) ?? [];
+        view.labels.value = [...features, ...this.surface.labels.value];
       }),
     ];
     return () => {
@@ -147,10 +153,11 @@ export class TeachState {
     this.end_feed = viewer && this.result.feed(viewer);
   }
 
-  /** Colours the cloud by the distance from the feature of a characteristic. */
+  /** Colours the cloud by the distance from the feature or the model of a characteristic. */
   show(id: string): void {
     this.current.value = id;
-    this.on_cloud.peek()?.show(id, this.result.view);
+    if (this.surface.comparison(id)) void this.surface.show(id).start();
+    else this.on_cloud.peek()?.show(id, this.result.view);
   }
 
   /** Whether the plan aligns the part, but the datum frame of this part is unknown. */

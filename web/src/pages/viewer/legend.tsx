@@ -24,8 +24,15 @@ export function Legend({ state }: { state: ViewState }) {
   return (
     <div class="cloud-legend live-data">
       {mode === "order" ? <OrderLegend /> : <ScaleLegend state={state} mode={mode} />}
+      <ModelColours state={state} />
     </div>
   );
+}
+
+/** What the colours of deviations from a CAD model mean. */
+function ModelColours({ state }: { state: ViewState }) {
+  const is_shown = state.mode.value === "deviation" && state.feature.value?.shape.kind === "model";
+  return is_shown ? <small class="muted">{text.value.viewer.model_colours}</small> : null;
 }
 
 function OrderLegend() {
@@ -137,6 +144,7 @@ export function PrintedLegend({ state }: { state: ViewState }) {
   return (
     <div class="printed-legend">
       {mode === "order" ? <OrderLegend /> : <ColourScale state={state} mode={mode} />}
+      <ModelColours state={state} />
     </div>
   );
 }

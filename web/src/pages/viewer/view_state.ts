@@ -107,7 +107,10 @@ export class ViewState {
   readonly range = computed<ValueRange>(() => {
     const mode = this.mode.value;
     if (mode === "order") return { low: 0, high: 1 };
-    return this.custom_ranges.value[mode] ?? proposedRange(this.values.value, mode);
+    const custom = this.custom_ranges.value[mode];
+    const half_range = mode === "deviation" ? this.feature.value?.half_range_um : undefined;
+    if (custom || half_range === undefined) return custom ?? proposedRange(this.values.value, mode);
+    return { low: -half_range, high: half_range };
   });
   /** Called with the id of a label that was clicked. */
   onLabel: ((id: string) => void) | undefined;

@@ -35,6 +35,8 @@ export class RegionGrid {
 export interface Feature {
   shape: FittedShape;
   grid?: RegionGrid | undefined;
+  /** Deviations up to this get a colour of their own, µm; from the distribution of all if undefined. */
+  half_range_um?: number | undefined;
 }
 
 /** Signed distance of a point from the shape, mm; `NaN` for points outside the region. */

@@ -1,6 +1,7 @@
 /** Fitted shapes, and the deviation of points from them. */
 
 import type { Schemas } from "../../api/client";
+import type { DeviationMap } from "./deviation_map";
 import type { HeightMap } from "./height_map";
 
 export type Vec3 = readonly [number, number, number];
@@ -10,12 +11,13 @@ export function vec3([x = Number.NaN, y = Number.NaN, z = Number.NaN]: readonly 
   return [x, y, z];
 }
 
-/** A fitted feature, or the surface of another scan, in the part frame, mm. */
+/** A fitted feature, the surface of another scan, or that of a CAD model, in the part frame, mm. */
 export type FittedShape =
   | { kind: "plane"; point_mm: Vec3; normal: Vec3 }
   | { kind: "sphere"; centre_mm: Vec3; radius_mm: number }
   | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number }
-  | { kind: "surface"; map: HeightMap };
+  | { kind: "surface"; map: HeightMap }
+  | { kind: "model"; map: DeviationMap };
 
 /** Converts the shape of a measurement result. */
 export function shapeOf(shape: Schemas["ShapeDto"]): FittedShape {
@@ -54,6 +56,7 @@ export function deviation(shape: FittedShape, at: Vec3): number {
     case "sphere":
       return distance(at, shape.centre_mm) - shape.radius_mm;
     case "surface":
+    case "model":
       return shape.map.deviation(at);
     case "cylinder": {
       const from_axis = subtract(at, shape.point_mm);

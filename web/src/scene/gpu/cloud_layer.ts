@@ -6,11 +6,12 @@
  */
 
 import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "../cloud/cloud";
+import type { DeviationMap } from "../cloud/deviation_map";
 import type { HeightMap } from "../cloud/height_map";
 import type { RegionGrid } from "../cloud/region";
 import { GlProgram, type UniformValue } from "./gl_program";
 import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
-import { SURFACE_UNIT } from "./uniforms";
+import { DEVIATIONS_UNIT, SURFACE_UNIT } from "./uniforms";
 
 const BYTES_PER_POINT = 2 * WORDS;
 
@@ -37,6 +38,8 @@ export class CloudLayer {
   private cells: WebGLTexture | undefined;
   private surface: HeightMap | undefined;
   private planes: WebGLTexture | undefined;
+  private map: DeviationMap | undefined;
+  private deviations: WebGLTexture | undefined;
   private program: GlProgram;
 
   constructor(private readonly gl: WebGL2RenderingContext) {
@@ -48,6 +51,7 @@ export class CloudLayer {
     this.drawn.clear();
     this.cells = undefined;
     this.planes = undefined;
+    this.deviations = undefined;
     this.program = new GlProgram(this.gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
@@ -63,6 +67,13 @@ export class CloudLayer {
     if (this.planes) this.gl.deleteTexture(this.planes);
     this.planes = undefined;
     this.surface = surface;
+  }
+
+  /** Sets the map of the deviations from a CAD model. */
+  setDeviations(map: DeviationMap | undefined): void {
+    if (this.deviations) this.gl.deleteTexture(this.deviations);
+    this.deviations = undefined;
+    this.map = map;
   }
 
   /** Uploads new points. */
@@ -82,6 +93,12 @@ export class CloudLayer {
       this.planes ??= this.writePlanes(this.surface);
       gl.activeTexture(gl.TEXTURE0 + SURFACE_UNIT);
       gl.bindTexture(gl.TEXTURE_2D, this.planes);
+      gl.activeTexture(gl.TEXTURE0);
+    }
+    if (this.map) {
+      gl.activeTexture(gl.TEXTURE0 + DEVIATIONS_UNIT);
+      this.deviations ??= this.writeDeviations(this.map);
+      gl.bindTexture(gl.TEXTURE_3D, this.deviations);
       gl.activeTexture(gl.TEXTURE0);
     }
     let n_drawn = 0;
@@ -106,6 +123,7 @@ export class CloudLayer {
     this.drawn.clear();
     this.setRegion(undefined);
     this.setSurface(undefined);
+    this.setDeviations(undefined);
     this.program.dispose();
   }
 
@@ -129,6 +147,17 @@ export class CloudLayer {
     for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
       gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
     return planes;
+  }
+
+  private writeDeviations({ values, size }: DeviationMap): WebGLTexture {
+    const { gl } = this;
+    const [nx, ny, nz] = size;
+    const deviations = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_3D, deviations);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R32F, nx, ny, nz, 0, gl.RED, gl.FLOAT, values);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+      gl.texParameteri(gl.TEXTURE_3D, side, gl.NEAREST);
+    return deviations;
   }
 
   private writeChunk(chunk: CloudChunk): void {

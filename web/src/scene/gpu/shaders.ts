@@ -20,6 +20,9 @@ uniform float u_band_um;
 uniform highp sampler2D u_surface;
 uniform vec2 u_surface_origin;
 uniform float u_surface_cell;
+uniform highp sampler3D u_deviations;
+uniform vec3 u_deviations_origin;
+uniform float u_deviations_cell;
 const vec3 UNKNOWN = vec3(0.604, 0.627, 0.651);
 
 /** Distance from the surface of another scan; far outside any range where that is unknown. */
@@ -35,8 +38,17 @@ float surface_um(vec3 at) {
   return 1e3 * (plane.x + dot(plane.yz, away) - at.z) / length(vec3(1.0, plane.yz));
 }
 
+/** Deviation from a CAD model, from the cells of its map. */
+float mapped_um(vec3 at) {
+  ivec3 cell = ivec3(floor((at - u_deviations_origin) / u_deviations_cell));
+  ivec3 size = textureSize(u_deviations, 0);
+  if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, size))) return NOWHERE_UM;
+  return min(NOWHERE_UM, 1e3 * texelFetch(u_deviations, cell, 0).r);
+}
+
 float deviation_um(vec3 at) {
   if (u_shape == 4) return surface_um(at);
+  if (u_shape == 5) return mapped_um(at);
   vec3 from = at - u_shape_point;
   float along = dot(u_shape_axis, from);
   if (u_shape == 1) return 1e3 * along;

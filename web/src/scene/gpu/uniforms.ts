@@ -17,8 +17,9 @@ export function initialUniforms(): Record<string, UniformValue> {
   };
 }
 
-/** Texture unit of the surface of another scan. */
+/** Texture units of the surface of another scan, and of the deviations from a CAD model. */
 export const SURFACE_UNIT = 2;
+export const DEVIATIONS_UNIT = 3;
 
 function shapeUniforms(shape: FittedShape): Record<string, UniformValue> {
   switch (shape.kind) {
@@ -30,6 +31,8 @@ function shapeUniforms(shape: FittedShape): Record<string, UniformValue> {
       return { u_shape_point: shape.point_mm, u_shape_axis: shape.axis, u_shape_radius: shape.radius_mm };
     case "surface":
       return { u_surface_origin: shape.map.origin_mm, u_surface_cell: shape.map.cell_mm };
+    case "model":
+      return { u_deviations_origin: shape.map.origin_mm, u_deviations_cell: shape.map.cell_mm };
   }
 }
 
@@ -55,8 +58,9 @@ export function featureUniforms(feature: Feature | undefined): Record<string, Un
   const shape = feature?.shape;
   const region = feature?.grid?.region;
   return {
-    u_shape: shape ? { plane: 1, sphere: 2, cylinder: 3, surface: 4 }[shape.kind] : 0,
+    u_shape: shape ? { plane: 1, sphere: 2, cylinder: 3, surface: 4, model: 5 }[shape.kind] : 0,
     u_surface: SURFACE_UNIT,
+    u_deviations: DEVIATIONS_UNIT,
     ...(shape && shapeUniforms(shape)),
     u_has_region: Number(region !== undefined),
     ...(region && {

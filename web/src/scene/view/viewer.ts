@@ -175,6 +175,7 @@ export class CloudViewer {
     const { feature } = this;
     this.layer.setRegion(feature?.grid);
     this.layer.setSurface(feature?.shape.kind === "surface" ? feature.shape.map : undefined);
+    this.layer.setDeviations(feature?.shape.kind === "model" ? feature.shape.map : undefined);
   }
 
   setMesh(mesh: Mesh | undefined): void {

@@ -154,6 +154,8 @@ export const health = {
     "measurement_plan.changed": "Scan- und Messeinstellungen geändert",
     "event.damaged": "Ereignis unlesbar",
     "measurement.created": "Messung erstellt",
+    "model.created": "CAD-Modell hochgeladen",
+    "model.deleted": "CAD-Modell gelöscht",
     "recipe.published": "Rezept veröffentlicht",
     "recipe.archived": "Rezept archiviert",
     "recipe.restored": "Rezept wiederhergestellt",

@@ -19,6 +19,7 @@ import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
 import { studies } from "./studies";
+import { surface } from "./surface";
 import { teach } from "./teach";
 import { viewer } from "./viewer";
 
@@ -52,6 +53,7 @@ export const de: Catalogue = {
   settings,
   statistics,
   studies,
+  surface,
   teach,
   viewer,
 };

@@ -83,6 +83,7 @@ export const inspections: typeof english = {
     perpendicularity: "Rechtwinkligkeit",
     flatness: "Ebenheit",
     profile: "Profil",
+    surface_profile: "Flächenprofil",
     gap: "Spalt",
     flush: "Bündigkeit",
     groove_depth: "Nuttiefe",

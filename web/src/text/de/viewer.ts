@@ -76,6 +76,7 @@ export const viewer = {
     top: "Oberseite",
     cylinder: "Zylinder",
   } as Record<string, string>,
+  model_colours: "Rot: außerhalb der Fläche; blau: innerhalb; grau: nicht verglichen.",
   histogram: "Histogramm der Werte",
   low: "Von",
   high: "Bis",

@@ -128,6 +128,8 @@ export const health = {
     "measurement_plan.changed": "scan and measurement settings changed",
     "event.damaged": "event unreadable",
     "measurement.created": "measurement created",
+    "model.created": "CAD model uploaded",
+    "model.deleted": "CAD model deleted",
     "recipe.published": "recipe published",
     "recipe.archived": "recipe archived",
     "recipe.restored": "recipe restored",

@@ -18,6 +18,7 @@ import { scan } from "./scan";
 import { settings } from "./settings";
 import { statistics } from "./statistics";
 import { studies } from "./studies";
+import { surface } from "./surface";
 import { teach } from "./teach";
 import { viewer } from "./viewer";
 
@@ -51,6 +52,7 @@ export const en = {
   settings,
   statistics,
   studies,
+  surface,
   teach,
   viewer,
 };

@@ -81,6 +81,7 @@ export const inspections = {
     perpendicularity: "Perpendicularity",
     flatness: "Flatness",
     profile: "Profile",
+    surface_profile: "Surface profile",
     gap: "Gap",
     flush: "Flush",
     groove_depth: "Groove depth",

@@ -76,6 +76,7 @@ export const viewer = {
     top: "top face",
     cylinder: "cylinder",
   } as Record<string, string>,
+  model_colours: "Red: outside the surface; blue: inside; grey: not compared.",
   histogram: "Histogram of the values",
   low: "From",
   high: "To",
