@@ -6,9 +6,9 @@ export const surface: typeof english = {
   model: "CAD-Modell",
   choose: "Ein Modell wählen.",
   upload: "Modell hochladen",
-  upload_hint: "STL, GLB oder PLY, in Millimetern; die Datei kann auch hier abgelegt werden.",
+  upload_hint: "STL oder PLY in Millimetern, oder GLB; die Datei kann auch hier abgelegt werden.",
   uploading: "Wird hochgeladen …",
-  facts: (triangles, size) => `${triangles} Dreiecke, ${size} mm`,
+  facts: (triangles, size) => `${triangles} Dreiecke, ${size} mm.`,
   open: "Die Fläche ist nicht geschlossen.",
   best_fit: "Einpassung aller Punkte (Best-Fit)",
   best_fit_hint:

@@ -65,7 +65,7 @@ fn motion<T>(
 /// The datum frame of a plan on a cloud.
 ///
 /// # Errors
-/// As [`evaluate`](super::evaluate::evaluate), and those of the alignment.
+/// Those of the alignment, and [`MeasureError::CalibrationMismatch`].
 pub(crate) fn datum_pose(
     plan: &Plan,
     cloud: &Cloud,
