@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{DENT, Freeform, dent_depth_mm, near, nominal_mesh};
-use crate::tests::plan::{FEW, MANY};
+use super::{DENT, Freeform, dent_depth_mm, faces, near, nominal_mesh, request};
+use crate::tests::plan::{FEW, MANY, TestPart, test_plan};
 use crate::tests::shaped_scan::{ShapedScan, part_from_datum, shaped_scan};
 use crate::*;
 
@@ -95,6 +95,30 @@ fn check(seeds: u64) {
         // At 95 %, fewer than 3 of 4 have a probability of 1.4 %, fewer than 17 of 20 one of 1.6 %.
         assert!(n_inside >= (if seeds == FEW { 3 } else { 17 }), "{what}: {n_inside}");
     }
+}
+
+#[test]
+fn half_of_what_noise_adds_to_the_largest_of_many_cells_is_subtracted() {
+    const BELOW_MM: f64 = 0.2;
+    // A face of the part, drawn too high: all of it deviates equally.
+    let nominal = Nominal::new(&faces(&[([-23.5, 0.5], [-17.5, 23.5], 8.0 + BELOW_MM)])).unwrap();
+    let errors: Vec<(f64, f64)> = (0..FEW)
+        .into_par_iter()
+        .map(|seed| {
+            let pose = part_from_datum(seed);
+            let exact = ShapedScan { is_sampled: false, ..ShapedScan::FINE };
+            let (cloud, calibration) = shaped_scan(&TestPart, &pose, seed, &exact);
+            let align = AlignTo::Datums(Box::new(test_plan(&pose, &[])));
+            let request = CompareRequest { reach_mm: Some(0.5), ..request(align, 0.1) };
+            let largest = compare(&cloud, Some(&calibration), &nominal, &request).unwrap().largest.unwrap();
+            (largest.deviation_mm - BELOW_MM, largest.noise_mm)
+        })
+        .collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| errors.iter().map(of).sum::<f64>() / errors.len() as f64;
+    let (error_mm, noise_mm) = (mean(|one| one.0), mean(|one| one.1));
+    eprintln!("mean error {error_mm:+.4} mm; {noise_mm:.4} mm were subtracted");
+    // The filter leaves noise that neighbouring cells share; what is subtracted is therefore too small, never too large.
+    assert!((0.0..0.55 * (error_mm + noise_mm)).contains(&error_mm), "{error_mm} {noise_mm}");
 }
 
 #[test]
