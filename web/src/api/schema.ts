@@ -11300,7 +11300,7 @@ export interface operations {
     upload_model: {
         parameters: {
             query: {
-                /** @description Name of the file: its ending `.stl`, `.glb` or `.ply` tells the format. */
+                /** @description Name of the file; its extension, `.stl`, `.glb` or `.ply`, determines the format. */
                 name: string;
             };
             header?: {

@@ -1,8 +1,9 @@
 /** Publishing: which recipe, why, and what follows. */
 
-import { useEffect, useId } from "preact/hooks";
+import { useEffect } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
+import { FileButton } from "../../components/fields/file_button";
 import type { Form } from "../../components/fields/form";
 import { Show, useLoaded } from "../../components/loading/loading";
 import { ProblemCard } from "../../components/problem";
@@ -61,27 +62,10 @@ export function RecipeCard({ state }: { state: TeachState }) {
 
 function ImportButton({ state }: { state: TeachState }) {
   const words = text.value.teach;
-  const id = useId();
   const problem = state.import_file.problem.value;
   return (
     <>
-      <div class="file-button">
-        <label class="button" for={id}>
-          {words.import_file}
-        </label>
-        <input
-          id={id}
-          type="file"
-          class="visually-hidden"
-          accept=".json"
-          onChange={(event) => {
-            const file = event.currentTarget.files?.[0];
-            // Reset, so that the same file can be selected again after it was corrected.
-            event.currentTarget.value = "";
-            if (file) void state.import_file.start(file);
-          }}
-        />
-      </div>
+      <FileButton label={words.import_file} accept=".json" onFile={(file) => void state.import_file.start(file)} />
       {problem && <ProblemCard problem={problem} onDismiss={() => state.import_file.dismiss()} />}
     </>
   );

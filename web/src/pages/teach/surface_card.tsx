@@ -1,8 +1,9 @@
 /** A surface profile: the CAD model, how it is aligned, and the width of the zone. */
 
 import { useSignal } from "@preact/signals";
-import { useId, useMemo } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";
+import { FileButton } from "../../components/fields/file_button";
 import { type Form, useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { ProblemCard } from "../../components/problem";
@@ -77,7 +78,6 @@ function ModelFacts({ model: { summary, name } }: { model: Model }) {
 /** Uploads a file that was chosen or dropped here. */
 function Upload({ draft }: { draft: SurfaceDraft }) {
   const words = text.value.surface;
-  const id = useId();
   const over = useSignal(false);
   const { running, problem } = draft.upload;
   const send = (file: File | undefined) => file && void draft.upload.start(file);
@@ -97,24 +97,7 @@ function Upload({ draft }: { draft: SurfaceDraft }) {
           send(event.dataTransfer?.files[0]);
         }}
       >
-        <div class="file-button">
-          <label class="button" for={id}>
-            {words.upload}
-          </label>
-          <input
-            id={id}
-            type="file"
-            class="visually-hidden"
-            accept=".stl,.glb,.ply"
-            disabled={running}
-            onChange={(event) => {
-              const file = event.currentTarget.files?.[0];
-              // Reset, so that the same file can be selected again after it was corrected.
-              event.currentTarget.value = "";
-              send(file);
-            }}
-          />
-        </div>
+        <FileButton label={words.upload} accept=".stl,.glb,.ply" disabled={running} onFile={send} />
         <small class="muted" role="status">
           {running ? words.uploading : words.upload_hint}
         </small>

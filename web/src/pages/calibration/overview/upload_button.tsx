@@ -1,8 +1,9 @@
 /** Selects an archive, uploads it with progress, and calibrates from it. */
 
 import { useSignal } from "@preact/signals";
-import { useId, useMemo } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { type Problem, ProblemError } from "../../../api/client";
+import { FileButton } from "../../../components/fields/file_button";
 import { ProblemCard } from "../../../components/problem";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
@@ -22,7 +23,6 @@ interface Sending {
 
 export function UploadButton({ onUploaded }: Properties) {
   const words = text.value.calibration;
-  const id = useId();
   const sending = useSignal<Sending | undefined>(undefined);
   const send = useMemo(
     () =>
@@ -51,24 +51,12 @@ export function UploadButton({ onUploaded }: Properties) {
   const problem = send.problem.value;
   return (
     <div class="stack upload">
-      <div class="file-button">
-        <label class="button" for={id}>
-          {words.upload}
-        </label>
-        <input
-          id={id}
-          type="file"
-          class="visually-hidden"
-          accept=".zip,.tar"
-          disabled={send.running}
-          onChange={(event) => {
-            const file = event.currentTarget.files?.[0];
-            // Reset, so that the same file can be selected again after it was corrected.
-            event.currentTarget.value = "";
-            if (file) void send.start(file);
-          }}
-        />
-      </div>
+      <FileButton
+        label={words.upload}
+        accept=".zip,.tar"
+        disabled={send.running}
+        onFile={(file) => void send.start(file)}
+      />
       {sending.value && <Progress {...sending.value} />}
       {problem && <ProblemCard problem={problem} onDismiss={() => send.dismiss()} />}
     </div>

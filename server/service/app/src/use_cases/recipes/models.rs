@@ -1,9 +1,8 @@
 //! CAD models of parts.
 
+use serde_json::json;
 use station::wall_clock::now_ms;
 use store::{Change, ModelRecord};
-
-use serde_json::json;
 
 use crate::App;
 use crate::access::principal::Principal;
@@ -13,7 +12,8 @@ use crate::resources::labels::label;
 use crate::resources::models::{ModelSummary, nominal_of};
 use crate::resources::stored_scan::new_id;
 
-/// Checks a model and stores it, together with what `and` returns. The name of its file tells the format.
+/// Checks a model and stores it in one transaction with the changes that `and` returns. The extension of its file name
+/// determines the format.
 ///
 /// # Errors
 /// The file is not a mesh or no oriented surface, or `and` fails.

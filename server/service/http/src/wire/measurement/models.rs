@@ -11,7 +11,7 @@ use crate::wire::parse_stored;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct ModelQuery {
-    /// Name of the file: its ending `.stl`, `.glb` or `.ply` tells the format.
+    /// Name of the file; its extension, `.stl`, `.glb` or `.ply`, determines the format.
     #[param(min_length = 5, max_length = 100)]
     pub name: String,
 }

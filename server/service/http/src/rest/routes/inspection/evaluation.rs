@@ -69,7 +69,7 @@ async fn get_deviations(
     Ok(bytes("application/octet-stream", None, floats.collect::<Vec<u8>>()))
 }
 
-/// Points of a map by default: more are not told apart on a screen.
+/// Points of a map by default: more cannot be distinguished on a screen.
 const DEVIATIONS_DEFAULT: u32 = 300_000;
 
 /// Most points of a map: 100 MB.
