@@ -149,6 +149,10 @@ impl Line for AppLine {
         self.reset_in_control(user).await.map_err(|error| Refusal::of(&error))
     }
 
+    fn newest_change(&self) -> u64 {
+        self.app.station.status().state_history.newest()
+    }
+
     async fn recipes(&self) -> Result<Vec<Recipe>, Refusal> {
         self.list_recipes().await.map_err(|error| Refusal::of(&error))
     }

@@ -86,6 +86,9 @@ pub trait Line: Send + Sync + 'static {
     /// Resets the station.
     async fn reset(&self, user: &str) -> Result<(), Refusal>;
 
+    /// Number of the newest change of the station's state.
+    fn newest_change(&self) -> u64;
+
     /// The recipes that may be used, by id.
     async fn recipes(&self) -> Result<Vec<Recipe>, Refusal>;
 

@@ -1,5 +1,7 @@
 //! The methods of OPC 40100-1.
 
+use std::time::Duration;
+
 use opcua::types::{ExtensionObject, Variant};
 
 use crate::information_model::ids::structures::{JOB_ID, RECIPE_ID_INTERNAL};
@@ -11,6 +13,9 @@ use crate::server::nodes::Nodes;
 
 /// Longest list in one answer.
 const LONGEST_LIST: usize = 100;
+
+/// How long an answer waits for the variables to show the state.
+const SHOWN_WITHIN: Duration = Duration::from_secs(1);
 
 /// `TriStateBooleanDataType` "don't care".
 const DO_NOT_CARE: i32 = 2;
@@ -41,8 +46,8 @@ fn name(path: &str) -> &str {
 /// Executes the method with this path.
 pub async fn call(nodes: &Nodes, user: &str, path: &str, arguments: &[Variant]) -> Outcome {
     let outputs = match (name(path), arguments) {
-        ("Halt", [Variant::Int32(_), _]) => vec![error(nodes.line.halt(user).await)],
-        ("Reset", [Variant::Int32(_), _]) => vec![error(nodes.line.reset(user).await)],
+        ("Halt", [Variant::Int32(_), _]) => vec![error(shown(nodes, nodes.line.halt(user).await).await)],
+        ("Reset", [Variant::Int32(_), _]) => vec![error(shown(nodes, nodes.line.reset(user).await).await)],
         ("Stop" | "Abort", [Variant::Int32(_), _]) => vec![error(abort(nodes, user).await)],
         ("StartSingleJob", [meas, part, recipe, product, _]) => {
             let started = start(nodes, user, [meas, part, recipe, product]).await;
@@ -75,6 +80,16 @@ pub async fn call(nodes: &Nodes, user: &str, path: &str, arguments: &[Variant]) 
 
 fn error(outcome: Result<(), Refusal>) -> Variant {
     outcome.err().map_or(0, Refusal::number).into()
+}
+
+/// Passes an outcome on once the variables show the state that follows from it: a client that reads the state after the
+/// answer does not get the one before.
+async fn shown(nodes: &Nodes, outcome: Result<(), Refusal>) -> Result<(), Refusal> {
+    let newest = nodes.line.newest_change();
+    let mut shown_change = nodes.shown_change.subscribe();
+    // After the limit, the outcome still counts: the state follows.
+    let _ = tokio::time::timeout(SHOWN_WITHIN, shown_change.wait_for(|shown| *shown >= newest)).await;
+    outcome
 }
 
 fn filled(text: String) -> Option<String> {

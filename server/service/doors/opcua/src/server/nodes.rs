@@ -10,6 +10,7 @@ use opcua::server::node_manager::{MethodCall, RequestContext, ServerContext};
 use opcua::sync::RwLock;
 use opcua::types::{Identifier, NodeId, StatusCode};
 use parking_lot::Mutex;
+use tokio::sync::{mpsc, watch};
 
 use crate::information_model::ids::{DEVICE_INTEGRATION, INSTANCES, MACHINE_VISION};
 use crate::information_model::instance::Instances;
@@ -40,7 +41,9 @@ pub struct Nodes {
     /// The job that uses the station.
     pub running_job: Mutex<Option<String>>,
     /// Events of methods, published by the door.
-    pub prepared_events: tokio::sync::mpsc::UnboundedSender<String>,
+    pub prepared_events: mpsc::UnboundedSender<String>,
+    /// Number of the newest change of the station's state that the variables show.
+    pub shown_change: watch::Sender<u64>,
 }
 
 impl Nodes {
@@ -52,7 +55,7 @@ impl Nodes {
         context: &ServerContext,
         space: &mut AddressSpace,
         line: Arc<dyn Line>,
-        prepared_events: tokio::sync::mpsc::UnboundedSender<String>,
+        prepared_events: mpsc::UnboundedSender<String>,
     ) -> Result<Self, String> {
         let (types, devices, namespace) = {
             let mut tree = context.type_tree.write();
@@ -74,6 +77,7 @@ impl Nodes {
             started_job: Mutex::default(),
             running_job: Mutex::default(),
             prepared_events,
+            shown_change: watch::Sender::default(),
         })
     }
 

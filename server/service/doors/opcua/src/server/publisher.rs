@@ -62,6 +62,7 @@ impl Publisher {
             }
             self.show_state(next);
             *entered = Some((number, next));
+            self.nodes().shown_change.send_replace(number);
         }
     }
 

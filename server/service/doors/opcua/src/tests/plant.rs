@@ -306,6 +306,10 @@ impl Line for ScriptedLine {
         Ok(())
     }
 
+    fn newest_change(&self) -> u64 {
+        self.condition.borrow().changes.len() as u64
+    }
+
     async fn recipes(&self) -> Result<Vec<Recipe>, Refusal> {
         Ok(vec![Recipe { id: "bracket".to_owned(), version: 7, digest: "00ff".to_owned() }])
     }
