@@ -20,6 +20,8 @@ pub enum Finding {
     NoLine,
     /// Strong light without points.
     LightWithoutLine(StrongLight),
+    /// A line found between two that touch.
+    LineMayBeTwo(StrongLight),
     /// Glints were removed.
     Glints {
         /// Their number.
@@ -55,6 +57,7 @@ impl Finding {
         match self {
             Self::NoLine => "no_line",
             Self::LightWithoutLine(_) => "light_without_line",
+            Self::LineMayBeTwo(_) => "line_may_be_two",
             Self::Glints { .. } => "glints",
             Self::OtherDirection { .. } => "other_direction",
             Self::SwappedPair { .. } => "swapped_pair",
@@ -68,7 +71,7 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoLine => f.write_str("shows no laser line"),
-            Self::LightWithoutLine(light) => light.fmt(f),
+            Self::LightWithoutLine(light) | Self::LineMayBeTwo(light) => light.fmt(f),
             Self::Glints { n } => {
                 write!(f, "{n} short clipped pieces are brighter than the lines: glints, removed")
             }
@@ -99,7 +102,10 @@ impl fmt::Display for Finding {
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
     let found = strong_light(image, lines, search.directions.each()[0], search.region);
-    findings.extend(found.into_iter().map(Finding::LightWithoutLine));
+    findings.extend(found.into_iter().map(|light| match light.yields_one_line {
+        true => Finding::LineMayBeTwo(light),
+        false => Finding::LightWithoutLine(light),
+    }));
     findings
 }
 

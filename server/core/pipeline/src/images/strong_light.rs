@@ -1,6 +1,8 @@
-//! Strong light that is not part of a line found: too wide, clipped, or not a line. It is reported.
+//! Strong light that is not part of a line found (too wide, clipped, two lines, or not a line), and lines that may be
+//! two. Both are reported.
 
 use std::fmt;
+use std::ops::Range;
 
 use vision::{Centrelines, GreyImage, LineDirection};
 
@@ -23,6 +25,17 @@ const MAX_LINE_WIDTH_PX: usize = 40;
 const CLIPPED_FRACTION: f32 = 0.98;
 /// Largest distance of a point from the light to which it belongs, px.
 const MAX_DISTANCE_PX: f64 = 3.0;
+/// Widths of a line within which another one touches it: closer ones are not extracted (`docs/maths/centreline.md`, known
+/// limits).
+const TOUCHING_WIDTHS: f32 = 3.0;
+/// Width of the light relative to the distance of two touching lines: of one of them if half of their height separates
+/// them, of both otherwise. Other light is texture.
+const WIDTH_OF_ONE: Range<f32> = 0.2..0.8;
+const WIDTH_OF_BOTH: Range<f32> = 1.6..2.0;
+/// Largest deviation of their distance from its median, relative to it, in most strips.
+const MAX_DISTANCE_CHANGE: f32 = 0.15;
+/// Smallest dip between two lines, relative to the lower of them: smaller ones are speckle or saturation.
+const MIN_DIP: f32 = 0.2;
 /// Light up to this width along the first or last row is a border that a program drew around the image.
 const MAX_BORDER_PX: usize = 3;
 /// Most findings per image; the longest first.
@@ -43,6 +56,10 @@ pub struct StrongLight {
     pub height: f32,
     /// Whether it is at full scale.
     pub is_clipped: bool,
+    /// Distance of the other line that touches it, px.
+    pub touching_px: Option<usize>,
+    /// Whether one line was found between these two.
+    pub yields_one_line: bool,
 }
 
 impl fmt::Display for StrongLight {
@@ -52,12 +69,19 @@ impl fmt::Display for StrongLight {
             LineDirection::Columns => ("rows", "columns"),
         };
         let ([a, b], [c, d]) = (self.along_px, self.across_px);
+        let yields = if self.yields_one_line { "one line" } else { "no point" };
         write!(
             f,
-            "light {} px wide at {along} {a}–{b}, {across} {c}–{d}, {:.0} grey levels high, yields no point: ",
+            "light {} px wide at {along} {a}–{b}, {across} {c}–{d}, {:.0} grey levels high, yields {yields}: ",
             self.width_px, self.height
         )?;
-        if self.width_px > MAX_LINE_WIDTH_PX {
+        if let Some(distance_px) = self.touching_px {
+            write!(
+                f,
+                "it may be two lines {distance_px} px apart that touch; focus the laser or the camera, or switch on one \
+                 laser at a time"
+            )
+        } else if self.width_px > MAX_LINE_WIDTH_PX {
             write!(
                 f,
                 "wider than {MAX_LINE_WIDTH_PX} px, the widest line supported; focus the laser or the camera"
@@ -70,16 +94,19 @@ impl fmt::Display for StrongLight {
     }
 }
 
-/// Light of one strip of columns: centre, width, height, and whether it is clipped.
+/// Light of one strip of columns: centre, width, height, whether it is clipped, and where it is highest with the top of
+/// a line that touches it.
 struct Piece {
     strip: usize,
     middle: usize,
     width_px: usize,
     height: f32,
     is_clipped: bool,
+    tops: Option<[usize; 2]>,
+    yields_one_line: bool,
 }
 
-/// Finds light across `direction` that is as strong as the lines found, and has no point.
+/// Finds light across `direction` that is as strong as the lines found, and has no point, or one between two lines.
 pub(crate) fn strong_light(
     image: &GreyImage,
     lines: &Centrelines,
@@ -114,15 +141,18 @@ pub(crate) fn strong_light(
     };
     let mut chains: Vec<Vec<Piece>> = Vec::new();
     for (strip, points) in points.iter().enumerate().take(image.width() / STRIP_PX) {
-        for piece in pieces_of(image, strip, threshold) {
+        for mut piece in pieces_of(image, strip, threshold) {
             let half = piece.width_px as f64 / 2.0 + MAX_DISTANCE_PX;
             let is_found = points.iter().any(|across| (across - piece.middle as f64).abs() < half);
-            if is_found || !inside(&piece) {
+            piece.yields_one_line = piece.tops.is_some_and(|tops| points.iter().any(|&at| is_between(at, tops)));
+            if is_found && !piece.yields_one_line || !inside(&piece) {
                 continue;
             }
             let follows = |chain: &&mut Vec<Piece>| {
                 let last = &chain[chain.len() - 1];
-                let is_alike = last.width_px <= 2 * piece.width_px && piece.width_px <= 2 * last.width_px;
+                let is_alike = last.width_px <= 2 * piece.width_px
+                    && piece.width_px <= 2 * last.width_px
+                    && last.yields_one_line == piece.yields_one_line;
                 // The position is extrapolated linearly; jumps indicate texture.
                 let expected = match chain.len() {
                     1 => last.middle as f64,
@@ -141,12 +171,19 @@ pub(crate) fn strong_light(
     }
     chains.retain(|chain| chain.len() >= MIN_STRIPS);
     chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
-    chains.iter().take(MAX_FINDINGS).map(|chain| light_of(chain, direction)).collect()
+    let lights = chains.iter().map(|chain| light_of(chain, direction));
+    lights.filter(|light| !light.yields_one_line || light.touching_px.is_some()).take(MAX_FINDINGS).collect()
 }
 
 fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
     let mut widths: Vec<usize> = chain.iter().map(|piece| piece.width_px).collect();
     widths.sort_unstable();
+    let mut distances: Vec<usize> =
+        chain.iter().filter_map(|piece| piece.tops).map(|[a, b]| a.abs_diff(b)).collect();
+    distances.sort_unstable();
+    let distance_px = distances.get(distances.len() / 2).copied().unwrap_or(0);
+    let is_alike = |one: &&usize| one.abs_diff(distance_px) as f32 <= MAX_DISTANCE_CHANGE * distance_px as f32;
+    let is_pair = distances.iter().filter(is_alike).count() * 2 > chain.len();
     let middles = chain.iter().map(|piece| piece.middle);
     StrongLight {
         direction,
@@ -155,6 +192,8 @@ fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
         across_px: [middles.clone().min().unwrap_or(0), middles.max().unwrap_or(0)],
         height: chain.iter().map(|piece| piece.height).sum::<f32>() / chain.len() as f32,
         is_clipped: chain.iter().filter(|piece| piece.is_clipped).count() * 2 > chain.len(),
+        touching_px: is_pair.then_some(distance_px),
+        yields_one_line: chain[0].yields_one_line,
     }
 }
 
@@ -182,11 +221,40 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
         let is_clipped = brightest >= CLIPPED_FRACTION * image.full_scale();
         let (width_px, is_at_border) = (to - from + 1, from == 0 || to + 1 == light.len());
         if !(is_at_border && width_px <= MAX_BORDER_PX) {
-            pieces.push(Piece { strip, middle: (from + to) / 2, width_px, height, is_clipped });
+            let tops = touching_line(&light, peak, width_px).map(|other| [peak, other]);
+            let middle = (from + to) / 2;
+            pieces.push(Piece { strip, middle, width_px, height, is_clipped, tops, yields_one_line: false });
         }
         v = end.max(to + 1);
     }
     pieces
+}
+
+/// Whether a point lies between two lines rather than on one of them.
+fn is_between(at: f64, tops: [usize; 2]) -> bool {
+    let [from, to] = [tops[0].min(tops[1]) as f64, tops[0].max(tops[1]) as f64];
+    let quarter = (to - from) / 4.0;
+    (from + quarter..=to - quarter).contains(&at)
+}
+
+/// The nearest other maximum that is at least half as high, beyond a dip.
+fn touching_line(light: &[f32], peak: usize, width_px: usize) -> Option<usize> {
+    let reach = (TOUCHING_WIDTHS * width_px as f32) as usize;
+    let nearest = |beside: Vec<usize>| {
+        let mut lowest = light[peak];
+        let mut rises = |at: usize| {
+            lowest = lowest.min(light[at]);
+            light[at] >= light[peak] / 2.0 && lowest <= (1.0 - MIN_DIP) * light[at]
+        };
+        let beyond = beside.iter().position(|&at| rises(at))?;
+        let flank = beside[beyond..].iter().take(width_px);
+        flank.copied().max_by(|&a, &b| light[a].total_cmp(&light[b]))
+    };
+    let right = (peak + 1..light.len()).take(reach).collect();
+    let left = (0..peak).rev().take(reach).collect();
+    let other = [nearest(right), nearest(left)].into_iter().flatten().min_by_key(|other| other.abs_diff(peak))?;
+    let width = width_px as f32 / other.abs_diff(peak) as f32;
+    (WIDTH_OF_ONE.contains(&width) || WIDTH_OF_BOTH.contains(&width)).then_some(other)
 }
 
 /// Morphological opening of the profile: minimum over a window of `width`, then maximum.
@@ -231,6 +299,32 @@ mod tests {
         assert!(light.across_px[0].abs_diff(240) < 5 && light.across_px[1].abs_diff(253) < 5, "{light:?}");
         let words = light.to_string();
         assert!(words.contains("px wide at columns 0–639") && words.contains("wider than 40 px"), "{words}");
+    }
+
+    /// Two Gaussian lines 8 px wide, at row 240 and this far below.
+    fn two_lines(distance_px: f64) -> GreyImage {
+        let share = |distance: f64| (-(distance / 8.0).powi(2) * 4.0 * 2.0_f64.ln()).exp();
+        let level = |idx: usize| {
+            let v = (idx / 640) as f64 - 240.0;
+            let light = 150.0 * (share(v) + share(v - distance_px));
+            (10.0 + light + (idx * 7919 % 5) as f64 * 0.5).round() as u8
+        };
+        GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap()
+    }
+
+    #[test]
+    fn lines_that_touch_are_named_with_their_distance() {
+        for (distance_px, yields_one_line) in [(10.0, true), (12.0, true), (14.0, false), (18.0, false)] {
+            let found = light_in(&two_lines(distance_px));
+            assert!(!found.is_empty(), "{distance_px}");
+            for light in found {
+                assert_eq!(light.yields_one_line, yields_one_line, "{light:?}");
+                assert!(light.touching_px.unwrap().abs_diff(distance_px as usize) <= 1, "{light:?}");
+                assert!(light.to_string().contains("two lines"), "{light}");
+            }
+        }
+        // Both are found.
+        assert_eq!(light_in(&two_lines(24.0)), []);
     }
 
     #[test]
