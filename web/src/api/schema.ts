@@ -1037,8 +1037,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version
-         *     already has the same content, nothing is changed.
+         * Imports a file with its CAD models, at most 96 MiB: creates the recipe, or publishes its next version, which requires
+         *     `If-Match`. If the newest version already has the same content, nothing is changed.
          */
         post: operations["import_recipe"];
         delete?: never;
@@ -1231,7 +1231,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Downloads a version of a recipe as a file for another station. */
+        /** Downloads a version of a recipe with the CAD models that it names, as a file for another station. */
         get: operations["export_recipe"];
         put?: never;
         post?: never;
@@ -6846,7 +6846,10 @@ export interface components {
              */
             serial_pattern?: string | null;
         };
-        /** @description A version of a recipe as one file. Only `id`, `digest` and `recipe` are imported; the other fields are informative. */
+        /**
+         * @description A version of a recipe as one file. Only `id`, `digest`, `recipe` and `models` are imported; the other fields are
+         *     informative.
+         */
         RecipeFileDto: {
             /** @description Who published it there. */
             author?: string;
@@ -6856,6 +6859,8 @@ export interface components {
             format: components["schemas"]["RecipeFormatDto"];
             /** @description Id of the recipe. */
             id: string;
+            /** @description The CAD models that it names; one that is missing must be stored at the station that imports the file. */
+            models?: components["schemas"]["RecipeFileModelDto"][];
             /** @description Why. */
             reason?: string;
             /** @description The content. */
@@ -6865,6 +6870,15 @@ export interface components {
              * @description Its version on the station that exported it.
              */
             version: number;
+        };
+        /** @description A CAD model in the file of a recipe. */
+        RecipeFileModelDto: {
+            /** @description The file, in base64. */
+            content_base64: string;
+            /** @description File name; its extension determines the format. */
+            name: string;
+            /** @description SHA-256 of the file, by which the recipe names it. */
+            sha256: string;
         };
         /**
          * @description Version of the document.

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::arguments::InspectArgs;
 use crate::commands::Answer;
-use crate::commands::measure::{calibration_of, exit_of_part, models_beside};
+use crate::commands::measure::{calibration_of, exit_of_part, models_of};
 
 /// Evaluates; the exit code is that of the part's verdict.
 pub fn run(args: &InspectArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -25,7 +25,10 @@ pub fn run(args: &InspectArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
         );
     }
     let plan = &file.recipe.plan;
-    let models = models_beside(plan, &args.recipe)?;
+    let in_file = file
+        .model_files()
+        .map_err(|problem| failure_of(RecipeFileError::Recipe(problem)).in_file(&args.recipe))?;
+    let models = models_of(plan, &args.recipe, in_file)?;
     let result: PlanResult = evaluate(plan, &cloud, calibration.as_ref(), &models)
         .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
     let mut json = plan_json(&result);

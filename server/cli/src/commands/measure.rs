@@ -1,17 +1,19 @@
 //! `sheaf measure`: one measurement on a cloud, or all characteristics of a plan, with uncertainty and, given limits, a
 //! verdict.
 
-use crate::answer::exit::Exit;
 use std::path::Path;
 
+use app::recipes::ModelFile;
 use metrology::{
-    Measure, MeasureRequest, Measurement, Models, PartVerdict, Plan, Region, Tool, Verdict, evaluate, measure,
+    Measure, MeasureRequest, Measurement, Models, Nominal, PartVerdict, Plan, Region, Tool, Verdict, evaluate,
+    measure,
 };
 use optics::Calibration;
 use scanning::Cloud;
 use scanning::files::read_cloud;
 use serde_json::json;
 
+use crate::answer::exit::Exit;
 use crate::arguments::MeasureArgs;
 use crate::commands::Answer;
 use pipeline::Failure;
@@ -64,7 +66,7 @@ fn run_plan(
     calibration: Option<&Calibration>,
     args: &MeasureArgs,
 ) -> Result<Answer, Failure> {
-    let models = models_beside(plan, path)?;
+    let models = models_of(plan, path, Vec::new())?;
     let result =
         evaluate(plan, cloud, calibration, &models).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
     let mut json = plan_json(&result);
@@ -76,11 +78,18 @@ fn run_plan(
     Ok(Answer { text: plan_text(&result), json, exit })
 }
 
-/// The CAD models that a plan or recipe names, from the folder of its file.
-pub fn models_beside(plan: &Plan, document: &Path) -> Result<Models, Failure> {
+/// The CAD models that a plan or recipe names: those of its file, others from its folder.
+pub fn models_of(plan: &Plan, document: &Path, in_file: Vec<ModelFile>) -> Result<Models, Failure> {
     let mut models = Models::new();
+    for ModelFile { name, sha256, bytes } in in_file {
+        models.insert(sha256, nominal_in(&name, &bytes, document)?);
+    }
     for characteristic in &plan.characteristics {
         let Measure::SurfaceProfile { model, .. } = &characteristic.measure else { continue };
+        let named = model.sha256.to_ascii_lowercase();
+        if models.contains_key(&named) {
+            continue;
+        }
         let path = document.with_file_name(&model.name);
         let bytes = std::fs::read(&path).map_err(|cause| {
             Failure::bad_input(format!("{}: the CAD model cannot be read", path.display()))
@@ -88,17 +97,19 @@ pub fn models_beside(plan: &Plan, document: &Path) -> Result<Models, Failure> {
                 .in_file(&path)
                 .remedy("place the model beside the plan")
         })?;
-        let (sha256, named) = (app::hash_hex(&bytes), model.sha256.to_ascii_lowercase());
+        let sha256 = app::hash_hex(&bytes);
         if sha256 != named {
             let detail = format!("{}: SHA-256 {sha256}, not {named} as in the plan", path.display());
             return Err(Failure::bad_input(detail).in_file(&path).remedy("use the model that the plan names"));
         }
-        let nominal = app::models::nominal_of(&model.name, &bytes).map_err(|error| {
-            Failure::bad_input(error.detail).in_file(&path).remedy(error.remedy.unwrap_or_default())
-        })?;
-        models.insert(sha256, nominal);
+        models.insert(sha256, nominal_in(&model.name, &bytes, &path)?);
     }
     Ok(models)
+}
+
+fn nominal_in(name: &str, bytes: &[u8], path: &Path) -> Result<Nominal, Failure> {
+    app::models::nominal_of(name, bytes)
+        .map_err(|error| Failure::bad_input(error.detail).in_file(path).remedy(error.remedy.unwrap_or_default()))
 }
 
 /// A plan from its file.

@@ -30,8 +30,11 @@ pub const STOP_HEADER_TIMEOUT: Duration = Duration::from_secs(2);
 /// Largest CAD model, also for the simulated stage: a million triangles in binary STL.
 pub const MODEL_BODY_LIMIT_BYTES: usize = 64 * 1024 * 1024;
 
-/// Timeout of a whole upload of a CAD model.
+/// Timeout of a whole upload of CAD models.
 pub const MODEL_BODY_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Largest file of a recipe with its CAD models: the largest model in base64, and room for further ones.
+pub const RECIPE_FILE_LIMIT_BYTES: usize = 96 * 1024 * 1024;
 
 /// Timeout of a whole JSON body.
 pub const JSON_BODY_TIMEOUT: Duration = Duration::from_secs(10);

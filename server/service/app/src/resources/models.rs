@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use store::{ArtifactId, Artifacts, StoreError};
 
 use crate::error::{AppError, ErrorKind};
+use crate::resources::recipes::RecipeFileModel;
 use crate::resources::recipes::check::refused;
 
 /// What a model is.
@@ -59,7 +60,7 @@ impl ModelSummary {
 }
 
 /// The models that a plan names, each with the index of the first characteristic that does.
-fn named_by(plan: &Plan) -> impl Iterator<Item = (usize, &ModelRef)> {
+pub(crate) fn named_by(plan: &Plan) -> impl Iterator<Item = (usize, &ModelRef)> {
     plan.characteristics.iter().enumerate().filter_map(|(idx, characteristic)| match &characteristic.measure {
         Measure::SurfaceProfile { model, .. } => Some((idx, model)),
         _ => None,
@@ -135,6 +136,26 @@ pub async fn models_of(artifacts: &dyn Artifacts, plan: &Plan) -> Result<Models,
         let nominal =
             read.map_err(|cause| AppError::damaged(&format!("the model {}", model.name), cause.to_string()))??;
         models.insert(id.as_str().to_owned(), nominal);
+    }
+    Ok(models)
+}
+
+/// The models that a plan names, each once, for its file.
+///
+/// # Errors
+/// One is damaged or not stored.
+pub async fn models_in_file(artifacts: &dyn Artifacts, plan: &Plan) -> Result<Vec<RecipeFileModel>, AppError> {
+    let mut models: Vec<RecipeFileModel> = Vec::new();
+    for (_, model) in named_by(plan) {
+        if models.iter().any(|known| known.sha256.eq_ignore_ascii_case(&model.sha256)) {
+            continue;
+        }
+        let read = match artifact_of(model) {
+            Some(id) => artifacts.read(&id).await,
+            None => Err(StoreError::NotFound { kind: "model", id: model.sha256.clone() }),
+        };
+        let bytes = read.map_err(|error| AppError::from(error).of_stored(&format!("the model {}", model.name)))?;
+        models.push(RecipeFileModel::of(model, &bytes));
     }
     Ok(models)
 }

@@ -9,15 +9,15 @@ use axum::http::{HeaderMap, header};
 use http_body_util::{BodyExt as _, LengthLimitError, Limited};
 use serde::de::DeserializeOwned;
 
-use crate::limits::{JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT};
+use crate::limits::{JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT, MODEL_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::around::objects_only::objects_only;
 use crate::rest::idempotency::fingerprint;
 use crate::typed_json::{PathError, typed};
 use app::hash_hex;
 
-/// A JSON body with its hash.
-pub struct ApiJson<T> {
+/// A JSON body with its hash; a larger one than usual has the time of an upload.
+pub struct ApiJson<T, const LIMIT_BYTES: usize = JSON_BODY_LIMIT_BYTES> {
     /// The body.
     pub value: T,
     /// SHA-256 of its bytes, and of the query if there is one, hexadecimal.
@@ -32,13 +32,14 @@ pub struct ApiQuery<T>(pub T);
 /// A path.
 pub struct ApiPath<T>(pub T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for ApiJson<T> {
+impl<S: Send + Sync, T: DeserializeOwned, const LIMIT_BYTES: usize> FromRequest<S> for ApiJson<T, LIMIT_BYTES> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _state: &S) -> Result<Self, Problem> {
         expect_json(request.headers())?;
         let query = request.uri().query().map(str::to_owned);
-        let bytes = whole_body(request.into_body(), JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT).await?;
+        let timeout = if LIMIT_BYTES > JSON_BODY_LIMIT_BYTES { MODEL_BODY_TIMEOUT } else { JSON_BODY_TIMEOUT };
+        let bytes = whole_body(request.into_body(), LIMIT_BYTES, timeout).await?;
         let body_sha256 = hash_hex(&bytes);
         let sha256 = fingerprint(body_sha256.clone(), query.as_deref());
         Ok(Self { value: parse(&bytes)?, sha256, body_sha256 })

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::block_recipe;
+use super::{block_recipe, block_stl};
 use crate::common::server::{Answer, Server};
 use crate::http::fresh;
 
@@ -143,4 +143,40 @@ fn an_archived_recipe_frees_its_number_and_a_file_moves_a_recipe_to_another_stat
     assert_eq!(post_if_match(&other, "/api/v1/recipes/import", "1", &changed).expect(422)["pointer"], "/digest");
     changed.as_object_mut().unwrap().remove("digest");
     assert_eq!(post_if_match(&other, "/api/v1/recipes/import", "1", &changed).expect(201)["version"], 2);
+}
+
+#[test]
+fn a_file_contains_the_models_of_its_recipe() {
+    let (_folder, server) = fresh();
+    let stl = block_stl([[-8.0, 8.0], [0.0, 20.0], [0.0, 8.9]]);
+    let binary = [("content-type", "application/octet-stream")];
+    let model = server.send("POST", "/api/v1/models?name=block.stl", &binary, &stl).expect(201);
+    let mut recipe = block_recipe(0.05);
+    recipe["plan"]["characteristics"][0] = json!({ "id": "shell", "upper": 0.1, "measure": {
+        "type": "surface_profile", "model": { "name": "block.stl", "sha256": model["sha256"] }, "best_fit": true } });
+    create(&server, "shell", &recipe).expect(201);
+    let file = server.get("/api/v1/recipes/shell/versions/1/file").expect(200);
+    assert_eq!(file["models"].as_array().unwrap().len(), 1, "{file:#}");
+
+    let (_other_folder, other) = fresh();
+    let mut without = file.clone();
+    without["models"] = json!([]);
+    let refused = other.post("/api/v1/recipes/import", &without).expect(422);
+    assert_eq!(refused["pointer"], "/recipe/plan/characteristics/0/measure/model", "{refused:#}");
+    let mut no_mesh = file.clone();
+    no_mesh["models"][0]["name"] = json!("block.step");
+    assert_eq!(other.post("/api/v1/recipes/import", &no_mesh).expect(422)["pointer"], "/models/0");
+    assert_eq!(other.get("/api/v1/models").expect(200)["items"], json!([]));
+
+    other.post("/api/v1/recipes/import", &file).expect(201);
+    let models = other.get("/api/v1/models").expect(200)["items"].clone();
+    assert_eq!((&models[0]["name"], &models[0]["sha256"]), (&json!("block.stl"), &model["sha256"]));
+    assert_eq!(other.get(models[0]["file"].as_str().unwrap()).body, stl);
+    let exported_again = other.get("/api/v1/recipes/shell/versions/1/file").expect(200);
+    assert_eq!((&exported_again["recipe"], &exported_again["models"]), (&file["recipe"], &file["models"]));
+    // A model that is stored is not listed twice.
+    let mut renamed = file;
+    renamed["id"] = json!("shell-2");
+    other.post("/api/v1/recipes/import", &renamed).expect(201);
+    assert_eq!(other.get("/api/v1/models").expect(200)["items"].as_array().unwrap().len(), 1);
 }

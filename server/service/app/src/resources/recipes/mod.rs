@@ -9,7 +9,7 @@ mod serial_rule;
 mod version;
 
 pub use changes::{PlaceChange, changes_between};
-pub use file::{RecipeFile, RecipeFileError, RecipeFormat};
+pub use file::{ModelFile, RecipeFile, RecipeFileError, RecipeFileModel, RecipeFormat};
 pub use find::{RecipeRef, found, newest_version, stored_version};
 pub use recipe::Recipe;
 pub use version::RecipeVersion;

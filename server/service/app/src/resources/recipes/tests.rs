@@ -1,7 +1,9 @@
 //! Recipes: what is refused and where, what a digest is of, what a diff names, what a file brings over.
 
+use metrology::ModelRef;
 use serde_json::{Value, json};
 
+use crate::hash_hex;
 use crate::resources::recipes::*;
 
 /// A recipe for the ball on the simulated stage: its radius, within ±`tolerance_mm`.
@@ -144,7 +146,16 @@ fn an_exported_recipe_is_imported_unchanged_and_a_modified_file_is_refused() {
     let recipe = ball(18.9, 0.05);
     let (id, author, reason) = ("ball".to_owned(), "Anna".to_owned(), "first".to_owned());
     let digest = Some(recipe.digest());
-    let file = RecipeFile { format: RecipeFormat::V1, id, version: 3, digest, author, reason, recipe };
+    let file = RecipeFile {
+        format: RecipeFormat::V1,
+        id,
+        version: 3,
+        digest,
+        author,
+        reason,
+        recipe,
+        models: Vec::new(),
+    };
     let text = serde_json::to_string_pretty(&file).unwrap();
     assert_eq!(RecipeFile::from_json(&text).unwrap(), file);
     let changed = text.replace("0.05", "0.06");
@@ -157,6 +168,39 @@ fn an_exported_recipe_is_imported_unchanged_and_a_modified_file_is_refused() {
     let error =
         RecipeFile::from_json(&by_hand.replace("\"id\": \"ball\",  \"version\"", "\"id\": \"Ball\", \"version\""));
     assert!(error.unwrap_err().to_string().starts_with("/id"));
+}
+
+#[test]
+fn a_file_with_a_damaged_or_unnamed_model_is_refused_at_its_place() {
+    let recipe = ball(18.9, 0.05);
+    let profile = |sha256: &str| {
+        let mut recipe = recipe.clone();
+        let model = json!({ "name": "block.stl", "sha256": sha256 });
+        let measure = json!({ "type": "surface_profile", "model": model, "best_fit": true });
+        recipe.plan.characteristics[0].measure = serde_json::from_value(measure).unwrap();
+        recipe
+    };
+    let sha256 = hash_hex(b"a block");
+    let model = ModelRef { name: "block.stl".to_owned(), sha256: sha256.clone() };
+    let file = |recipe: &Recipe, bytes: &[u8]| RecipeFile {
+        format: RecipeFormat::V1,
+        id: "ball".to_owned(),
+        version: 1,
+        digest: None,
+        author: String::new(),
+        reason: String::new(),
+        recipe: recipe.clone(),
+        models: vec![RecipeFileModel::of(&model, bytes)],
+    };
+    let whole = file(&profile(&sha256.to_uppercase()), b"a block").model_files().unwrap();
+    assert_eq!((whole[0].bytes.as_slice(), &whole[0].sha256), (&b"a block"[..], &sha256));
+    let refusal = |file: &RecipeFile| file.model_files().unwrap_err().pointer;
+    let changed = file(&profile(&sha256), b"another");
+    assert_eq!(refusal(&changed).as_deref(), Some("/models/0/content_base64"));
+    let mut garbled = file(&profile(&sha256), b"a block");
+    garbled.models[0].content_base64.insert(1, '%');
+    assert_eq!(refusal(&garbled).as_deref(), Some("/models/0/content_base64"));
+    assert_eq!(refusal(&file(&recipe, b"a block")).as_deref(), Some("/models/0"));
 }
 
 #[test]

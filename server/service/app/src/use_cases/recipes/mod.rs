@@ -4,6 +4,8 @@ mod models;
 
 pub use models::{add_model, delete_model};
 
+use models::models_of_file;
+
 use station::wall_clock::now_ms;
 use store::{Change, StoreError};
 
@@ -63,11 +65,11 @@ pub async fn roll_back_recipe(
     store_version(app, by, new, Some(to_version), and).await
 }
 
-/// Imports a file: creates the recipe, or its next version. `after` is the newest version known; 0: none. If the newest
-/// version has the same content, nothing changes.
+/// Imports a file with its models: creates the recipe, or its next version. `after` is the newest version known; 0: none.
+/// If the newest version has the same content, nothing changes.
 ///
 /// # Errors
-/// As [`publish_recipe`].
+/// As [`publish_recipe`], or a model is damaged.
 pub async fn import_recipe(
     app: &App,
     by: &Principal,
@@ -85,6 +87,11 @@ pub async fn import_recipe(
     }
     let reason = format!("imported: version {} {}", file.version, file.reason);
     let reason: String = reason.trim().chars().take(100).collect();
+    let mut models = models_of_file(app, by, &file).await?;
+    let and = |version: &RecipeVersion| {
+        models.extend(and(version));
+        models
+    };
     publish_recipe(app, by, NewVersion { id: file.id, after, reason, recipe: file.recipe }, and).await
 }
 

@@ -13,7 +13,7 @@ use crate::limits::{HEAVY_REQUESTS, HEAVY_WAIT};
 use crate::problem::{Problem, ProblemKind};
 
 /// The matched routes.
-const HEAVY: [(Method, &str); 8] = [
+const HEAVY: [(Method, &str); 10] = [
     (Method::GET, "/api/v1/scans/{id}/cloud"),
     (Method::GET, "/api/v1/scans/{id}/mesh"),
     (Method::GET, "/api/v1/scans/{id}/exports/{file}"),
@@ -22,6 +22,8 @@ const HEAVY: [(Method, &str); 8] = [
     (Method::POST, "/api/v1/scans/{id}/deviations"),
     (Method::POST, "/api/v1/scans/{id}/find-features"),
     (Method::GET, "/api/v1/calibrations/{id}/diff"),
+    (Method::GET, "/api/v1/recipes/{id}/versions/{version}/file"),
+    (Method::POST, "/api/v1/recipes/import"),
 ];
 
 /// The permits of such requests.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use app::recipes::{PlaceChange, Recipe, RecipeFile, RecipeFormat, RecipeVersion};
+use app::recipes::{PlaceChange, Recipe, RecipeFile, RecipeFileModel, RecipeFormat, RecipeVersion};
 use serde::{Deserialize, Serialize};
 use store::RecipeRecord;
 use utoipa::ToSchema;
@@ -104,7 +104,20 @@ pub enum RecipeFormatDto {
     V1,
 }
 
-/// A version of a recipe as one file. Only `id`, `digest` and `recipe` are imported; the other fields are informative.
+/// A CAD model in the file of a recipe.
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RecipeFileModelDto {
+    /// File name; its extension determines the format.
+    pub name: String,
+    /// SHA-256 of the file, by which the recipe names it.
+    pub sha256: String,
+    /// The file, in base64.
+    pub content_base64: String,
+}
+
+/// A version of a recipe as one file. Only `id`, `digest`, `recipe` and `models` are imported; the other fields are
+/// informative.
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecipeFileDto {
@@ -125,6 +138,9 @@ pub struct RecipeFileDto {
     pub reason: String,
     /// The content.
     pub recipe: RecipeDto,
+    /// The CAD models that it names; one that is missing must be stored at the station that imports the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<RecipeFileModelDto>,
 }
 
 /// Differences between two versions.
@@ -204,15 +220,22 @@ impl From<(RecipeRecord, RecipeVersion)> for RecipeItemDto {
 
 impl From<RecipeFileDto> for RecipeFile {
     fn from(dto: RecipeFileDto) -> Self {
-        let RecipeFileDto { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe } = dto;
-        Self { format: RecipeFormat::V1, id, version, digest, author, reason, recipe: recipe.into() }
+        let RecipeFileDto { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe, models } =
+            dto;
+        let model =
+            |RecipeFileModelDto { name, sha256, content_base64 }| RecipeFileModel { name, sha256, content_base64 };
+        let models = models.into_iter().map(model).collect();
+        Self { format: RecipeFormat::V1, id, version, digest, author, reason, recipe: recipe.into(), models }
     }
 }
 
 impl From<RecipeFile> for RecipeFileDto {
     fn from(file: RecipeFile) -> Self {
-        let RecipeFile { format: RecipeFormat::V1, id, version, digest, author, reason, recipe } = file;
-        Self { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe: recipe.into() }
+        let RecipeFile { format: RecipeFormat::V1, id, version, digest, author, reason, recipe, models } = file;
+        let model =
+            |RecipeFileModel { name, sha256, content_base64 }| RecipeFileModelDto { name, sha256, content_base64 };
+        let models = models.into_iter().map(model).collect();
+        Self { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe: recipe.into(), models }
     }
 }
 

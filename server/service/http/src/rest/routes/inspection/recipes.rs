@@ -10,6 +10,7 @@ use store::{DamagedRow, RecipeFilter, RecipeVersionRecord};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+use crate::limits::RECIPE_FILE_LIMIT_BYTES;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, bytes};
 use crate::rest::control::By;
@@ -25,6 +26,7 @@ use crate::wire::recipe::requests::{
     CreateRecipeDto, PublishRecipeDto, RecipeDiffQuery, RecipesQuery, RollBackRecipeDto,
 };
 use app::App;
+use app::models::models_in_file;
 use app::recipes::{RecipeFile, RecipeVersion, changes_between, newest_version, stored_version};
 use app::use_cases::{self, NewVersion};
 
@@ -103,8 +105,8 @@ async fn create_recipe(
     Ok(published(&version))
 }
 
-/// Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version
-/// already has the same content, nothing is changed.
+/// Imports a file with its CAD models, at most 96 MiB: creates the recipe, or publishes its next version, which requires
+/// `If-Match`. If the newest version already has the same content, nothing is changed.
 #[utoipa::path(
     post, path = "/recipes/import", tag = "recipes", request_body = RecipeFileDto,
     params(("If-Match" = Option<String>, Header, description = "ETag of the recipe, or `*`, if there is one with this id")),
@@ -115,7 +117,7 @@ async fn import_recipe(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
-    body: ApiJson<RecipeFileDto>,
+    body: ApiJson<RecipeFileDto, RECIPE_FILE_LIMIT_BYTES>,
 ) -> Result<Reply, Problem> {
     let once = match begin(&app, &headers, "POST recipes/import", &body.sha256).await? {
         Begun::Answered(reply) => return Ok(reply),
@@ -215,7 +217,7 @@ async fn get_recipe_version(
     Ok(Json(stored_version(&app.catalogue, &id, version).await?.into()))
 }
 
-/// Downloads a version of a recipe as a file for another station.
+/// Downloads a version of a recipe with the CAD models that it names, as a file for another station.
 #[utoipa::path(
     get, path = "/recipes/{id}/versions/{version}/file", tag = "recipes",
     params(("id" = String, Path), ("version" = i64, Path)),
@@ -227,7 +229,8 @@ async fn export_recipe(
 ) -> Result<Response, Problem> {
     let version = stored_version(&app.catalogue, &id, version).await?;
     let name = format!("{id}-{}.recipe.json", version.version);
-    let file = RecipeFileDto::from(RecipeFile::of(version));
+    let models = models_in_file(&*app.artifacts, &version.recipe.plan).await?;
+    let file = RecipeFileDto::from(RecipeFile::of(version, models));
     let text = serde_json::to_string_pretty(&file).map_err(|cause| {
         Problem::new(ProblemKind::Internal, "the recipe cannot be written").because(cause.to_string())
     })?;
