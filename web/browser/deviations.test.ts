@@ -119,6 +119,16 @@ test(
     await card.getByLabel("Reach").fill("0.6");
     await card.getByLabel("Width of the zone").fill(String(WIDTH_MM));
     await card.getByLabel("Name").fill("shell");
+    // A box of the model: all of it at first.
+    await card.getByLabel("Only a box of the model").check();
+    const low_x = card.getByLabel("x from");
+    const bound = await low_x.inputValue();
+    await low_x.fill("99");
+    await low_x.blur();
+    await card.locator(".why", { hasText: "The box is empty" }).waitFor();
+    await low_x.fill(bound);
+    await low_x.blur();
+    await card.locator(".why", { hasText: "The box is empty" }).waitFor({ state: "detached" });
     await expectAccessibleInBoth(page);
     await picture(page, "surface-profile-form");
     await card.getByRole("button", { name: "Add to the recipe" }).click();

@@ -10,7 +10,15 @@ import {
   withoutCharacteristic,
   withParts,
 } from "../src/pages/teach/draft";
-import { NO_POSE, proposedPose, surfaceProfile, withEntry } from "../src/pages/teach/surface_profile";
+import {
+  boundsOf,
+  hasVolume,
+  NO_POSE,
+  proposedPose,
+  surfaceProfile,
+  withCoordinate,
+  withEntry,
+} from "../src/pages/teach/surface_profile";
 import { halfRange_um, onScan } from "../src/pages/viewer/surface_deviations";
 import { DeviationMap, decodeDeviations } from "../src/scene/cloud/deviation_map";
 
@@ -105,7 +113,14 @@ describe("a comparison", () => {
 
 describe("a surface profile", () => {
   const model = { name: "part.stl", sha256: "ab".repeat(32) };
-  const entries = { model, best_fit: false, start: NO_POSE, reach_mm: undefined, width_mm: undefined };
+  const entries = {
+    model,
+    best_fit: false,
+    start: NO_POSE,
+    region: undefined,
+    reach_mm: undefined,
+    width_mm: undefined,
+  };
 
   test("is aligned by the datums, or by best fit from its start pose", () => {
     expect(surfaceProfile("shell", entries, true).measure).toEqual({ type: "surface_profile", model });
@@ -120,6 +135,17 @@ describe("a surface profile", () => {
       measure: { type: "surface_profile", model, best_fit: true, start: [0, 0, 400, 0, 180, 0], reach_mm: 0.5 },
       upper: 0.2,
     });
+  });
+
+  test("is restricted to a box of the model", () => {
+    const bounds = boundsOf({ min_mm: [-0.98, -2, -3], max_mm: [1, 2, 2.91] });
+    const region = withCoordinate(bounds, "min", 2, 2.5);
+    expect(surfaceProfile("shell", { ...entries, region }, true).measure).toEqual({
+      type: "surface_profile",
+      model,
+      region: { type: "box", min_mm: [-1, -2, 2.5], max_mm: [1, 2, 3] },
+    });
+    expect([hasVolume(region), hasVolume(withCoordinate(bounds, "max", 0, -1))]).toEqual([true, false]);
   });
 
   test("needs no features, has an upper limit only, and is removed alone", () => {

@@ -10,7 +10,8 @@ import { ProblemCard } from "../../components/problem";
 import { language, text } from "../../text";
 import { count, decimal } from "../../units";
 import { SurfaceDraft } from "./surface_draft";
-import { type Model, POSE_ENTRIES, withEntry } from "./surface_profile";
+import { hasVolume, type Model, POSE_ENTRIES, withEntry } from "./surface_profile";
+import { SurfaceRegion } from "./surface_region";
 import type { TeachState } from "./teach_state";
 
 export function SurfaceCard({ state }: { state: TeachState }) {
@@ -124,6 +125,7 @@ function Entries({ draft }: { draft: SurfaceDraft }) {
       </label>
       <p class="muted">{aligned ? words.best_fit_hint : `${words.best_fit_needed} ${words.best_fit_hint}`}</p>
       {!aligned && <Pose draft={draft} form={form} />}
+      <SurfaceRegion draft={draft} form={form} />
       <div class="row end">
         <NumberField
           form={form}
@@ -201,8 +203,10 @@ function Name({ draft }: { draft: SurfaceDraft }) {
 function Add({ draft, form }: { draft: SurfaceDraft; form: Form }) {
   const words = text.value.teach;
   const fault = draft.id_fault.value;
+  const region = draft.region.value;
+  const empty = region && !hasVolume(region) ? text.value.surface.region_empty : undefined;
   const blocked = draft.model.value
-    ? (form.blocked.value ?? (fault && words.id_faults[fault]))
+    ? (form.blocked.value ?? empty ?? (fault && words.id_faults[fault]))
     : text.value.surface.choose;
   return <ReasonedButton label={words.add} blocked={blocked} onClick={() => draft.add()} />;
 }

@@ -17,6 +17,8 @@ export class SurfaceDraft {
   readonly model = signal<Model | undefined>(undefined);
   readonly best_fit = signal(false);
   readonly start = signal<StartPose>(NO_POSE);
+  /** The box of the model that is toleranced. */
+  readonly region = signal<Box | undefined>(undefined);
   readonly reach_mm = signal<number | undefined>(undefined);
   readonly width_mm = signal<number | undefined>(undefined);
   readonly id = signal("");
@@ -46,6 +48,7 @@ export class SurfaceDraft {
   choose(model: Model | undefined): void {
     batch(() => {
       this.model.value = model;
+      this.region.value = undefined;
       this.propose();
     });
   }
@@ -62,7 +65,8 @@ export class SurfaceDraft {
     if (!model) return;
     const [best_fit, start] = [this.best_fit.peek(), this.start.peek()];
     const [reach_mm, width_mm] = [this.reach_mm.peek(), this.width_mm.peek()];
-    const entries = { model, best_fit, start, reach_mm, width_mm };
+    const region = this.region.peek();
+    const entries = { model, best_fit, start, region, reach_mm, width_mm };
     this.state.addCharacteristic(surfaceProfile(this.id.peek(), entries, this.is_aligned.peek()));
     this.id.value = "";
   }

@@ -27,6 +27,8 @@ export interface SurfaceEntries {
   /** Of all points, after the alignment of the plan. */
   best_fit: boolean;
   start: StartPose;
+  /** The box of the model that is toleranced; the whole surface if undefined. */
+  region: Box | undefined;
   /** Points farther from the model do not belong to it. */
   reach_mm: number | undefined;
   /** The width of the tolerance zone. */
@@ -35,7 +37,8 @@ export interface SurfaceEntries {
 
 /** The characteristic. A plan without an alignment aligns the model by best fit, from the start pose. */
 export function surfaceProfile(id: string, entries: SurfaceEntries, is_aligned: boolean): Characteristic {
-  const { name, sha256 } = entries.model;
+  const { model, region } = entries;
+  const { name, sha256 } = model;
   const fit = is_aligned ? entries.best_fit && { best_fit: true } : { best_fit: true, start: [...entries.start] };
   return {
     id,
@@ -43,6 +46,7 @@ export function surfaceProfile(id: string, entries: SurfaceEntries, is_aligned: 
       type: "surface_profile",
       model: { name, sha256 },
       ...fit,
+      ...(region && { region: { type: "box", min_mm: [...region.min], max_mm: [...region.max] } }),
       ...(entries.reach_mm !== undefined && { reach_mm: entries.reach_mm }),
     },
     ...(entries.width_mm !== undefined && { upper: entries.width_mm }),
@@ -74,4 +78,24 @@ function rounded(value_mm: number): number {
 export function withEntry(pose: StartPose, idx: number, value: number): StartPose {
   const [x, y, z, rx, ry, rz] = pose.map((one, at) => (at === idx ? value : one));
   return [x ?? 0, y ?? 0, z ?? 0, rx ?? 0, ry ?? 0, rz ?? 0];
+}
+
+/** The box around the whole model, to 0.1 mm. */
+export function boundsOf({ min_mm, max_mm }: Pick<Model["summary"], "min_mm" | "max_mm">): Box {
+  const corner = ([x = 0, y = 0, z = 0]: readonly number[], round: (tenths: number) => number): Box["min"] => {
+    const outward = (value_mm: number) => round(10 * value_mm) / 10;
+    return [outward(x), outward(y), outward(z)];
+  };
+  return { min: corner(min_mm, Math.floor), max: corner(max_mm, Math.ceil) };
+}
+
+/** A box with another coordinate of one corner. */
+export function withCoordinate(box: Box, end: keyof Box, axis: number, value: number): Box {
+  const [x, y, z] = box[end].map((one, at) => (at === axis ? value : one));
+  return { ...box, [end]: [x ?? 0, y ?? 0, z ?? 0] };
+}
+
+/** Whether the box has a volume. */
+export function hasVolume({ min, max }: Box): boolean {
+  return min.every((low, axis) => low < (max[axis] ?? low));
 }

@@ -23,6 +23,9 @@ export const surface: typeof english = {
   reach: "Reichweite",
   reach_hint:
     "Punkte, die weiter vom Modell entfernt sind, gehören nicht zu seiner Fläche; ohne Angabe 2 % seiner Diagonale.",
+  region: "Nur ein Quader des Modells",
+  region_ends: { min: (axis) => `${axis} von`, max: (axis) => `${axis} bis` },
+  region_empty: "Der Quader ist leer: Jedes „von“ muss kleiner sein als sein „bis“.",
   limit: "Breite der Zone",
   title: (id) => `Vergleich mit dem CAD-Modell: ${id}`,
   rms: "RMS",
