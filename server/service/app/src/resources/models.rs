@@ -78,7 +78,7 @@ pub fn surface_profiles(plan: &Plan, wanted: impl Fn(&str) -> bool) -> Plan {
 /// request.
 ///
 /// # Errors
-/// A model is not stored here, at its pointer.
+/// A model is not stored here, or is no mesh, at its pointer.
 pub async fn hold_models(artifacts: &dyn Artifacts, plan: &Plan, place: &str) -> Result<(), AppError> {
     for (idx, model) in named_by(plan) {
         let pointer = pointer_of(place, idx);
@@ -87,7 +87,7 @@ pub async fn hold_models(artifacts: &dyn Artifacts, plan: &Plan, place: &str) ->
             None => Err(StoreError::NotFound { kind: "model", id: model.sha256.clone() }),
         };
         match held {
-            Ok(()) => {}
+            Ok(()) => drop(nominal(artifacts, model).await.map_err(|problem| problem.at(pointer))?),
             Err(StoreError::NotFound { .. }) => {
                 return Err(unknown(model, pointer));
             }
@@ -125,19 +125,28 @@ pub fn require_models(models: &Models, plan: &Plan, place: &str) -> Result<(), A
 pub async fn models_of(artifacts: &dyn Artifacts, plan: &Plan) -> Result<Models, AppError> {
     let mut models: Models = HashMap::new();
     for (_, model) in named_by(plan) {
-        let Some(id) = artifact_of(model).filter(|id| !models.contains_key(id.as_str())) else { continue };
-        let bytes = match artifacts.read(&id).await {
-            Ok(bytes) => bytes,
-            Err(StoreError::NotFound { .. }) => continue,
-            Err(error) => return Err(AppError::from(error).of_stored(&format!("the model {}", model.name))),
-        };
-        let name = model.name.clone();
-        let read = tokio::task::spawn_blocking(move || nominal_of(&name, &bytes)).await;
-        let nominal =
-            read.map_err(|cause| AppError::damaged(&format!("the model {}", model.name), cause.to_string()))??;
-        models.insert(id.as_str().to_owned(), nominal);
+        let sha256 = model.sha256.to_ascii_lowercase();
+        if !models.contains_key(&sha256)
+            && let Some(nominal) = nominal(artifacts, model).await?
+        {
+            models.insert(sha256, nominal);
+        }
     }
     Ok(models)
+}
+
+/// The surface of a model; `None` if it is not stored.
+async fn nominal(artifacts: &dyn Artifacts, model: &ModelRef) -> Result<Option<Nominal>, AppError> {
+    let Some(id) = artifact_of(model) else { return Ok(None) };
+    let what = format!("the model {}", model.name);
+    let bytes = match artifacts.read(&id).await {
+        Ok(bytes) => bytes,
+        Err(StoreError::NotFound { .. }) => return Ok(None),
+        Err(error) => return Err(AppError::from(error).of_stored(&what)),
+    };
+    let name = model.name.clone();
+    let read = tokio::task::spawn_blocking(move || nominal_of(&name, &bytes)).await;
+    Ok(Some(read.map_err(|cause| AppError::damaged(&what, cause.to_string()))??))
 }
 
 /// The models that a plan names, each once, for its file.

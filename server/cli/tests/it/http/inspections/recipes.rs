@@ -155,6 +155,10 @@ fn a_file_contains_the_models_of_its_recipe() {
     recipe["plan"]["characteristics"][0] = json!({ "id": "shell", "upper": 0.1, "measure": {
         "type": "surface_profile", "model": { "name": "block.stl", "sha256": model["sha256"] }, "best_fit": true } });
     create(&server, "shell", &recipe).expect(201);
+    let mut renamed = recipe.clone();
+    renamed["plan"]["characteristics"][0]["measure"]["model"]["name"] = json!("block.glb");
+    let refused = create(&server, "glb", &renamed).expect(422);
+    assert_eq!(refused["pointer"], "/recipe/plan/characteristics/0/measure/model", "{refused:#}");
     let file = server.get("/api/v1/recipes/shell/versions/1/file").expect(200);
     assert_eq!(file["models"].as_array().unwrap().len(), 1, "{file:#}");
 
