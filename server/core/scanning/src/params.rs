@@ -331,8 +331,19 @@ pub mod lost_steps {
     /// Smallest step that is reported, as a fraction of the depth: half of what must be detected, 25 µm at 400 mm.
     pub const ALARM_RELATIVE: f64 = 6.25e-5;
     /// Smallest step that is reported, in its standard deviations: about two thousand correlated steps are tried in a scan
-    /// of 110 frames, and in clean ones the largest is typically 3.5 and rarely more than 4.5.
-    pub const ALARM_SIGMAS: f64 = 5.0;
+    /// of 110 frames, and in clean ones the largest is typically 2.8 and rarely more than 3.7.
+    pub const ALARM_SIGMAS: f64 = 4.5;
+    /// Variance of a step, relative to that of independent differences, expected before a scan: the mean of rendered scans.
+    pub const DESIGN_EFFECT_PRIOR: f64 = 1.56;
+    /// Number of frames of a scan that count as much as this expectation: neighbouring frames share most of their
+    /// differences, so those of one detection time say little.
+    pub const DESIGN_EFFECT_PRIOR_FRAMES: f64 = 40.0;
+    /// Smallest variance of a step, relative to that from its own residuals: these come from few bins, and the mean over
+    /// the scan is known better, but a sudden change of the part or of its lines is in them alone.
+    pub const OWN_VARIANCE_SHARE: f64 = 0.5;
+    /// By how much residuals are smaller than what they are residuals of: the standard deviation of clean steps relative to
+    /// that from their scatter, in rendered scans.
+    pub const SCATTER_WIDENING: f64 = 1.25;
 }
 
 /// Constants for lines from several exposures.

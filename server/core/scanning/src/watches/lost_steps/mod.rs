@@ -21,8 +21,9 @@ use optics::{Calibration, Stage, StagePosition};
 use statistics::median;
 
 use crate::params::lost_steps::{
-    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, DETECTION_FRAMES, MIN_DIFFERENCES, MIN_FRAMES,
-    OUTLIER_SIGMAS,
+    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, DESIGN_EFFECT_PRIOR,
+    DESIGN_EFFECT_PRIOR_FRAMES, DETECTION_FRAMES, MIN_DIFFERENCES, MIN_FRAMES, OUTLIER_SIGMAS, OWN_VARIANCE_SHARE,
+    SCATTER_WIDENING,
 };
 use crate::params::watches::CLUSTER_TRAVEL_BINS;
 use crate::points::profile::Profile;
@@ -66,6 +67,9 @@ pub struct LostStepsWatch {
     positions_mm: Vec<f64>,
     /// Standard deviations of the steps searched for [`DETECTION_FRAMES`] / 2 before each frame.
     sigmas_mm: Vec<f64>,
+    /// Sum of the design effects of these steps, and their number.
+    design_effects: f64,
+    n_design_effects: f64,
     n_frames: usize,
     /// Frames before this one are ignored.
     since: usize,
@@ -85,6 +89,8 @@ impl LostStepsWatch {
             surfaces,
             positions_mm: Vec::new(),
             sigmas_mm: Vec::new(),
+            design_effects: 0.0,
+            n_design_effects: 0.0,
             n_frames: 0,
             since: 0,
         })
@@ -113,8 +119,7 @@ impl LostStepsWatch {
         }
         let oldest = frame.saturating_sub(DETECTION_FRAMES + BASELINE_FRAMES);
         self.pairs.iter_mut().flatten().for_each(|series| series.forget_before(oldest));
-        let middle = (frame + 1).checked_sub(DETECTION_FRAMES / 2);
-        self.sigmas_mm.extend(middle.and_then(|at| self.sigma_mm(&self.step_at(at)?)));
+        self.note_step_in_the_middle(frame);
         let found = self.likeliest_jump(frame);
         if let Some(found) = &found {
             self.since = found.first_frame;
@@ -230,7 +235,30 @@ impl LostStepsWatch {
         jumps.max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)))
     }
 
+    /// Adds the standard deviation of the step [`DETECTION_FRAMES`] / 2 before a frame to those of the scan.
+    fn note_step_in_the_middle(&mut self, frame: usize) {
+        let middle = (frame + 1).checked_sub(DETECTION_FRAMES / 2);
+        let step = middle.and_then(|at| self.step_at(at));
+        let of_step = step.and_then(|step| Some((step.independent_sigma_mm(), self.design_effect(&step)?)));
+        let Some((independent_mm, own)) = of_step else { return };
+        self.design_effects += own;
+        self.n_design_effects += 1.0;
+        self.sigmas_mm.push(independent_mm * self.widening(own));
+    }
+
+    /// Standard deviation of a step; `None` if too few bins determine it.
     fn sigma_mm(&self, step: &Step<'_>) -> Option<f64> {
-        step.sigma_mm(&self.positions_mm, CLUSTER_TRAVEL_BINS * self.sampler.bin_mm)
+        Some(step.independent_sigma_mm() * self.widening(self.design_effect(step)?))
+    }
+
+    /// By how much the standard deviation of a step exceeds that of independent differences; `own`: its design effect.
+    fn widening(&self, own: f64) -> f64 {
+        let expected = DESIGN_EFFECT_PRIOR_FRAMES * DESIGN_EFFECT_PRIOR;
+        let of_scan = (self.design_effects + expected) / (self.n_design_effects + DESIGN_EFFECT_PRIOR_FRAMES);
+        SCATTER_WIDENING * of_scan.max(OWN_VARIANCE_SHARE * own).sqrt()
+    }
+
+    fn design_effect(&self, step: &Step<'_>) -> Option<f64> {
+        step.design_effect(&self.positions_mm, CLUSTER_TRAVEL_BINS * self.sampler.bin_mm)
     }
 }

@@ -121,9 +121,10 @@ impl<'a> Step<'a> {
         (self.variance / self.information).sqrt()
     }
 
-    /// Its standard deviation, from the scatter of the differences; `None` if too few bins determine the step.
-    /// `positions_mm`: stated, by frame; `shared_mm`: travel over which differences may share their noise.
-    pub fn sigma_mm(&self, positions_mm: &[f64], shared_mm: f64) -> Option<f64> {
+    /// Its variance from the scatter of the differences, relative to that of independent ones, at least 1; `None` if too few
+    /// bins determine the step. `positions_mm`: stated, by frame; `shared_mm`: travel over which differences may share their
+    /// noise.
+    pub fn design_effect(&self, positions_mm: &[f64], shared_mm: f64) -> Option<f64> {
         let (mut along, mut across, mut squares) = (0.0, 0.0, 0.0);
         let mut scores = vec![0.0; positions_mm.len()];
         for (bin, fit) in self.bins.iter().enumerate() {
@@ -138,8 +139,9 @@ impl<'a> Step<'a> {
             across += (scores.iter().sum::<f64>() / others).powi(2);
             squares += (information / self.information).powi(2);
         }
-        let variance = (self.variance / self.information).max(along / self.information.powi(2)).max(across);
-        (squares * MIN_EFFECTIVE_BINS <= 1.0).then(|| variance.sqrt())
+        let variance = (along / self.information.powi(2)).max(across);
+        let relative = variance * self.information / self.variance;
+        (squares * MIN_EFFECTIVE_BINS <= 1.0).then(|| relative.max(1.0))
     }
 
     /// Adds the contributions of a bin to the step, by frame, times the information.
