@@ -3,6 +3,7 @@
 use crate::Http;
 use app::doors::InspectionMessage;
 use axum::Router;
+use axum::http::Method;
 use utoipa::OpenApi;
 use utoipa::openapi::path::{Operation, Parameter, ParameterBuilder, ParameterIn};
 use utoipa::openapi::schema::{ObjectBuilder, Type};
@@ -11,6 +12,7 @@ use utoipa_axum::router::OpenApiRouter;
 
 use crate::problem::PROBLEM_TYPE;
 use crate::problem::Problem;
+use crate::rest::around::heavy::is_heavy;
 use crate::rest::events_document::events_markdown;
 use crate::rest::routes;
 use crate::wire::job::jobs::JobStateDto;
@@ -121,6 +123,11 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
             if operation.request_body.is_some() {
                 add_problems(operation, WITH_BODY);
             }
+        }
+        if let Some(operation) = &mut item.get
+            && is_heavy(&Method::GET, path)
+        {
+            add_problems(operation, &[429]);
         }
         if let Some(operation) = &mut item.post
             && creates(operation)

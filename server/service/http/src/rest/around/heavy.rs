@@ -26,6 +26,11 @@ const HEAVY: [(Method, &str); 10] = [
     (Method::POST, "/api/v1/recipes/import"),
 ];
 
+/// Whether requests to this route run one at a time.
+pub fn is_heavy(method: &Method, path: &str) -> bool {
+    HEAVY.iter().any(|(heavy, of)| method == heavy && path == *of)
+}
+
 /// The permits of such requests.
 #[derive(Debug, Clone)]
 pub struct Places(Arc<Semaphore>);
@@ -43,7 +48,7 @@ impl Default for Places {
 /// Lets a heavy request wait a moment for a permit; after that the client is asked to retry.
 pub async fn limit(State(places): State<Places>, mut request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>().map(|path| path.as_str().to_owned()).unwrap_or_default();
-    if !HEAVY.iter().any(|(method, heavy)| request.method() == method && path == *heavy) {
+    if !is_heavy(request.method(), &path) {
         return next.run(request).await;
     }
     match tokio::time::timeout(HEAVY_WAIT, places.0.acquire_owned()).await {
