@@ -10,6 +10,7 @@ use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_fo
 use crate::docker_check::{docker_check, ensure_station_base};
 use crate::linted::{as_linted, document, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
+use crate::session_weight::LowWeight;
 use crate::steps::{debug_program, is_root};
 use crate::tools::{GENICAM, ensure_broker, ensure_genicam, ensure_node_modules, ensure_python};
 use crate::unchanged::{Executables, record};
@@ -53,7 +54,9 @@ pub fn test() -> Outcome {
         check_page()
     };
     side_by_side(compile, beside)?;
+    let low_weight = LowWeight::begin();
     let closing = run_tests(nextest, features, &installed, &mut not_run)?;
+    drop(low_weight);
     test_in_browser(&debug_program())?;
     if with_root {
         docker_check(Some(&debug_program()))?;

@@ -7,6 +7,7 @@ mod dockerfile;
 mod linted;
 mod neon;
 mod page;
+mod session_weight;
 mod steps;
 mod tools;
 mod unchanged;
