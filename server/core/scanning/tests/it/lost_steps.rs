@@ -110,10 +110,6 @@ fn on_a_flat_plate_the_watch_is_blind_and_raises_no_alarm() {
 /// Clean scans per false alarm that the campaign allows.
 const CLEAN_SCANS_PER_FALSE_ALARM: usize = 400;
 
-/// Losses per one that is not detected in time that the campaign allows: 50 µm are six to ten σ, from which speckle takes
-/// four in one scan of some hundreds.
-const LOSSES_PER_MISSED_ONE: usize = 100;
-
 #[test]
 #[ignore = "takes half an hour; clean scans and losses of 50 µm for the seeds from FIRST_SEED to LAST_SEED"]
 fn a_campaign_of_clean_and_faulty_scans() {
@@ -147,6 +143,5 @@ fn a_campaign_of_clean_and_faulty_scans() {
         "of {n_clean} clean scans {n_false} with a false alarm; of {n_faulty} with 50 µm lost {n_missed} not detected in time, {n_wrong} with a wrong size"
     );
     assert!(n_false * CLEAN_SCANS_PER_FALSE_ALARM <= n_clean, "{n_false} false alarms in {n_clean} clean scans");
-    assert!(n_missed * LOSSES_PER_MISSED_ONE <= n_faulty, "{n_missed} of {n_faulty} losses not detected in time");
-    assert_eq!(n_wrong, 0);
+    assert_eq!((n_missed, n_wrong), (0, 0));
 }
