@@ -77,9 +77,7 @@ pub fn add_repeated_observations(evidence: &mut Evidence, scene: &Scene) {
             terms.iter().map(observation).collect()
         })
         .collect();
-    for (piece, observations) in observed.into_iter().enumerate() {
-        evidence.set_observations(piece, observations);
-    }
+    evidence.set_observations(observed);
 }
 
 impl Scene<'_> {

@@ -1,5 +1,8 @@
 //! Evidence for labels: unary and pairwise terms over (piece, label).
 
+use crate::params::PIECES_PER_TASK;
+use crate::threads::for_each_chunk;
+
 /// Unary and pairwise terms of the score (`docs/maths/labelling.md`, eq. 2), in units of one full sample; positive
 /// weights support labels.
 #[derive(Debug, Clone, Default)]
@@ -14,6 +17,10 @@ pub struct Evidence {
     pub bonds: Vec<Vec<Bond>>,
     /// Per piece: its repeated observations, sorted by its own label.
     observations: Vec<Vec<Observation>>,
+    /// The pieces with an observation of a piece, those of one piece after those of the piece before it; some repeated.
+    observers: Vec<u32>,
+    /// Per piece: the end of its observers.
+    observers_end: Vec<usize>,
     /// Per piece: the other lines of its frame and on which side they lie.
     pub ranks: Vec<Vec<Rank>>,
 }
@@ -84,7 +91,8 @@ impl Evidence {
         let bonds = vec![Vec::new(); sizes.len()];
         let observations = vec![Vec::new(); sizes.len()];
         let ranks = vec![Vec::new(); sizes.len()];
-        Self { n_labels, sizes, unary, bonds, observations, ranks }
+        let observers_end = vec![0; sizes.len()];
+        Self { n_labels, sizes, unary, bonds, observations, observers: Vec::new(), observers_end, ranks }
     }
 
     /// The label "none".
@@ -116,10 +124,36 @@ impl Evidence {
         self.bonds[piece_b].push(Bond { piece: piece_a as u32, weight });
     }
 
-    /// Sets the repeated observations of a piece, which add to its own score alone: the other pieces have their own.
-    pub fn set_observations(&mut self, piece: usize, mut observations: Vec<Observation>) {
-        observations.sort_by_key(|observation| observation.own_label);
-        self.observations[piece] = observations;
+    /// Sets the repeated observations of all pieces, which add to a piece's own score alone: the other piece has its own.
+    pub fn set_observations(&mut self, mut of_pieces: Vec<Vec<Observation>>) {
+        for_each_chunk(&mut of_pieces, 1, PIECES_PER_TASK, |_, of_piece| {
+            of_piece[0].sort_by_key(|observation| observation.own_label);
+        });
+        let mut n_observers = vec![0; self.n_pieces()];
+        of_pieces.iter().flatten().for_each(|seen| n_observers[seen.piece as usize] += 1);
+        let firsts = n_observers.iter().scan(0, |n_before: &mut usize, n| {
+            *n_before += n;
+            Some(*n_before - n)
+        });
+        let mut ends: Vec<usize> = firsts.collect();
+        self.observers = vec![0; n_observers.iter().sum()];
+        for (piece, of_piece) in of_pieces.iter().enumerate() {
+            for seen in of_piece {
+                let end = &mut ends[seen.piece as usize];
+                self.observers[*end] = piece as u32;
+                *end += 1;
+            }
+        }
+        (self.observations, self.observers_end) = (of_pieces, ends);
+    }
+
+    /// All pieces whose score depends on the label of `piece`; some repeated.
+    pub fn dependents(&self, piece: usize) -> impl Iterator<Item = usize> {
+        let first = piece.checked_sub(1).map_or(0, |before| self.observers_end[before]);
+        let observers = self.observers[first..self.observers_end[piece]].iter().copied();
+        let bonds = self.bonds[piece].iter().map(|bond| bond.piece);
+        let ranks = self.ranks[piece].iter().map(|rank| rank.piece);
+        bonds.chain(observers).chain(ranks).map(|piece| piece as usize)
     }
 
     /// The repeated observations of a piece under all of its labels.

@@ -1,13 +1,14 @@
 //! From evidence to labels: mean field, ICM (iterated conditional modes), then tests against other labellings
 //! (`docs/maths/labelling.md`, "Inference").
 
+use super::conditional_modes::{ConditionalModes, largest};
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{
-    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, MAX_SWEEPS, MEAN_FIELD_ITERATIONS, MEAN_FIELD_SHARPNESS,
-    OVERRULED_MARGIN, PIECES_PER_TASK, UNLABELLED_FROM,
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, MEAN_FIELD_ITERATIONS, MEAN_FIELD_SHARPNESS, OVERRULED_MARGIN,
+    PIECES_PER_TASK, UNLABELLED_FROM,
 };
 use crate::threads::for_each_chunk;
 
@@ -76,7 +77,7 @@ pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
 /// The better of [`best_labels`] and the improved `start`, with the missed surfaces. Mean field finds joint
 /// changes of many pieces, but leaves wrong regions on slopes, where shifted surfaces agree.
 pub fn best_labels_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
-    iterate_conditional_modes(evidence, &mut start, &all_pieces(evidence));
+    ConditionalModes::new(evidence).improve(&mut start, &all_pieces(evidence));
     let (updated, _) = best_labels(evidence);
     let better = if total_score(evidence, &updated) > total_score(evidence, &start) { updated } else { start };
     with_overlooked_surfaces(evidence, better)
@@ -120,41 +121,13 @@ fn softmax(scores: &mut [f64], sharpness: f64) {
 fn most_probable_labels(evidence: &Evidence) -> Vec<usize> {
     let (n, marginals) = (evidence.n_labels, mean_field_marginals(evidence));
     let mut labels: Vec<usize> = marginals.chunks_exact(n).map(largest).collect();
-    iterate_conditional_modes(evidence, &mut labels, &all_pieces(evidence));
+    ConditionalModes::new(evidence).improve(&mut labels, &all_pieces(evidence));
     labels
 }
 
 /// All pieces.
 pub fn all_pieces(evidence: &Evidence) -> Vec<usize> {
     (0..evidence.n_pieces()).collect()
-}
-
-/// ICM (iterated conditional modes): assigns each of `chosen` its best label given the others, until convergence.
-pub fn iterate_conditional_modes(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
-    let mut scores = Vec::new();
-    for _ in 0..MAX_SWEEPS {
-        let mut changed = false;
-        for &piece in chosen {
-            evidence.scores_given(piece, labels, &mut scores);
-            let best = largest(&scores);
-            changed |= best != labels[piece];
-            labels[piece] = best;
-        }
-        if !changed {
-            break;
-        }
-    }
-}
-
-/// Index of the largest value, the first of equals.
-fn largest(values: &[f64]) -> usize {
-    let mut best = 0;
-    for (idx, value) in values.iter().enumerate() {
-        if *value > values[best] {
-            best = idx;
-        }
-    }
-    best
 }
 
 /// Score of a label minus that of the best other label, per sample.
@@ -169,22 +142,24 @@ fn margin(scores: &[f64], label: usize) -> f64 {
 /// Pieces of one group support each other, so that a common error is not visible in any single piece.
 fn shift_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     let mut doubtful = vec![false; labels.len()];
+    let mut modes = ConditionalModes::new(evidence);
+    let n_orders = evidence.none() as isize;
     for group in groups(evidence, labels) {
-        let kept: Vec<usize> = labels.to_vec();
-        let n_orders = evidence.none() as isize;
-        let mut best = (group_score(evidence, &kept, &group), kept.clone());
+        let of_group = |labels: &[usize]| -> Vec<usize> { group.iter().map(|&piece| labels[piece]).collect() };
+        let kept = of_group(labels);
+        let mut best = (group_score(evidence, labels, &group), kept.clone());
         let mut runner_up = f64::NEG_INFINITY;
         for shift in (1 - n_orders..n_orders).filter(|shift| *shift != 0) {
-            let mut rival = kept.clone();
-            for &piece in &group {
-                let label = kept[piece] as isize + shift;
-                rival[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
+            for (&piece, &label) in group.iter().zip(&kept) {
+                let label = label as isize + shift;
+                labels[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
             }
-            iterate_conditional_modes(evidence, &mut rival, &group);
-            if rival == kept || mostly_same(&rival, &kept, &group) {
+            modes.improve(labels, &group);
+            let rival = of_group(labels);
+            if mostly_same(&rival, &kept) {
                 continue;
             }
-            let score = group_score(evidence, &rival, &group);
+            let score = group_score(evidence, labels, &group);
             if score > best.0 {
                 runner_up = best.0;
                 best = (score, rival);
@@ -192,7 +167,7 @@ fn shift_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
                 runner_up = runner_up.max(score);
             }
         }
-        labels.copy_from_slice(&best.1);
+        group.iter().zip(&best.1).for_each(|(&piece, &label)| labels[piece] = label);
         let size: f64 = group.iter().map(|&piece| evidence.sizes[piece]).sum();
         if best.0 - runner_up < GROUP_MARGIN * size {
             group.iter().for_each(|&piece| doubtful[piece] = true);
@@ -201,10 +176,10 @@ fn shift_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     doubtful
 }
 
-/// Whether most of the shifted group returned to its labels.
-fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
-    let same = group.iter().filter(|&&piece| rival[piece] == kept[piece]).count();
-    2 * same > group.len()
+/// Whether most of a shifted group returned to its labels.
+fn mostly_same(rival: &[usize], kept: &[usize]) -> bool {
+    let same = rival.iter().zip(kept).filter(|(rival, kept)| rival == kept).count();
+    2 * same > kept.len()
 }
 
 /// The total score of a labelling.

@@ -1,5 +1,6 @@
 //! From evidence to labels: inferred for all pieces together, then tested against other labellings.
 
+pub mod conditional_modes;
 pub mod inference;
 pub mod min_cut;
 pub mod overlooked;

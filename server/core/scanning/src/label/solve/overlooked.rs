@@ -6,17 +6,18 @@
 
 use std::collections::BTreeMap;
 
-use super::inference::iterate_conditional_modes;
+use super::conditional_modes::ConditionalModes;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{OVERLOOKED_PER_SAMPLE, OVERLOOKED_ROUNDS};
 
 /// `labels` with every missed surface adopted that improves the total score.
 pub fn with_overlooked_surfaces(evidence: &Evidence, mut labels: Vec<usize>) -> Vec<usize> {
+    let mut modes = ConditionalModes::new(evidence);
     for _ in 0..OVERLOOKED_ROUNDS {
         let mut is_better = false;
         for surface in overlooked_surfaces(evidence, &labels) {
-            is_better |= adopt_if_better(evidence, &mut labels, &surface);
+            is_better |= adopt_if_better(evidence, &mut modes, &mut labels, &surface);
         }
         if !is_better {
             break;
@@ -59,7 +60,12 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
 }
 
 /// Adopts the surface if the total score improves once its surroundings have adapted; otherwise nothing changes.
-fn adopt_if_better(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usize, usize)]) -> bool {
+fn adopt_if_better(
+    evidence: &Evidence,
+    modes: &mut ConditionalModes,
+    labels: &mut Vec<usize>,
+    surface: &[(usize, usize)],
+) -> bool {
     let mut tried = labels.clone();
     let mut near: Vec<usize> = Vec::new();
     for &(piece, label) in surface {
@@ -69,7 +75,7 @@ fn adopt_if_better(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usi
     }
     near.sort_unstable();
     near.dedup();
-    iterate_conditional_modes(evidence, &mut tried, &near);
+    modes.improve(&mut tried, &near);
     let mut affected: Vec<usize> = Vec::new();
     for &piece in near.iter().filter(|&&piece| tried[piece] != labels[piece]) {
         affected.push(piece);

@@ -3,7 +3,8 @@
 //! Lines constrain each other by rank and continuity, so that none of a row of lines gains by changing alone, and a
 //! whole region of a scan may be off by one order.
 
-use super::inference::{all_pieces, iterate_conditional_modes, total_score};
+use super::conditional_modes::ConditionalModes;
+use super::inference::{all_pieces, total_score};
 use super::shifts::{Change, Costs};
 use crate::label::gather::evidence::{Evidence, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
@@ -11,6 +12,7 @@ use crate::params::SHIFT_ROUNDS;
 /// Shifts the best set of pieces by one order until nothing improves.
 pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
     let all_pieces = all_pieces(evidence);
+    let mut modes = ConditionalModes::new(evidence);
     let mut score = total_score(evidence, labels);
     for _ in 0..SHIFT_ROUNDS {
         let before = score;
@@ -25,7 +27,7 @@ pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
             if tried == *labels {
                 continue;
             }
-            iterate_conditional_modes(evidence, &mut tried, &all_pieces);
+            modes.improve(&mut tried, &all_pieces);
             let gained = total_score(evidence, &tried);
             if gained > score {
                 (*labels, score) = (tried, gained);

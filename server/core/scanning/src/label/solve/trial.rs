@@ -229,7 +229,7 @@ mod tests {
                 seen[a].push(Observation { piece: b as u32, weight: quantised(weight), own_label, label });
             }
         }
-        seen.into_iter().enumerate().for_each(|(piece, seen)| evidence.set_observations(piece, seen));
+        evidence.set_observations(seen);
         evidence
     }
 
