@@ -53,6 +53,17 @@ impl Number {
         }
     }
 
+    /// The value of as many bytes as the number has, in the byte order of a binary file.
+    fn value_of(self, bytes: &[u8], encoding: Encoding) -> f64 {
+        let mut le = [0; 8];
+        let used = &mut le[..bytes.len()];
+        used.copy_from_slice(bytes);
+        if encoding == Encoding::Big {
+            used.reverse();
+        }
+        self.value(le)
+    }
+
     /// The value of the first bytes of `le`, little endian.
     fn value(self, le: [u8; 8]) -> f64 {
         let [a, b, c, d, ..] = le;
@@ -92,6 +103,8 @@ pub(super) struct PlyReader<R> {
     line_number: u64,
     /// Words of the current ASCII line, last first.
     words: Vec<String>,
+    /// Bytes of the current binary row.
+    row: Vec<u8>,
     remaining: std::collections::VecDeque<Element>,
     pub(super) comments: Vec<String>,
 }
@@ -103,6 +116,7 @@ impl<R: BufRead> PlyReader<R> {
             encoding: Encoding::Ascii,
             line_number: 0,
             words: Vec::new(),
+            row: Vec::new(),
             remaining: std::collections::VecDeque::new(),
             comments: Vec::new(),
         };
@@ -196,6 +210,9 @@ impl<R: BufRead> PlyReader<R> {
     /// Reads one row; lists are skipped and read as 0.
     pub(super) fn scalars(&mut self, element: &Element, idx: u64, row: &mut Vec<f64>) -> Result<(), ContentError> {
         row.clear();
+        if self.encoding != Encoding::Ascii && element.properties.iter().all(|property| property.count.is_none()) {
+            return self.binary_row(element, idx, row);
+        }
         self.read_row(element, idx, |_, values| row.push(if let [one] = values { *one } else { 0.0 }))
     }
 
@@ -215,13 +232,28 @@ impl<R: BufRead> PlyReader<R> {
         })
     }
 
+    /// Reads one row without lists at once: clouds have millions.
+    fn binary_row(&mut self, element: &Element, idx: u64, row: &mut Vec<f64>) -> Result<(), ContentError> {
+        let place = || place_of(element, idx);
+        let n_bytes = element.properties.iter().map(|property| property.value.bytes()).sum();
+        self.row.resize(n_bytes, 0);
+        self.input.read_exact(&mut self.row).map_err(|cause| ContentError::truncated(cause, place))?;
+        let mut rest = &self.row[..];
+        for property in &element.properties {
+            let (number, after) = rest.split_at(property.value.bytes());
+            row.push(property.value.value_of(number, self.encoding));
+            rest = after;
+        }
+        Ok(())
+    }
+
     fn read_row(
         &mut self,
         element: &Element,
         idx: u64,
         mut take: impl FnMut(&Property, &[f64]),
     ) -> Result<(), ContentError> {
-        let place = || format!("{} {idx} of {}", element.name, element.count);
+        let place = || place_of(element, idx);
         let mut values = Vec::new();
         for property in &element.properties {
             values.clear();
@@ -251,10 +283,7 @@ impl<R: BufRead> PlyReader<R> {
         let mut bytes = [0; 8];
         let used = &mut bytes[..kind.bytes()];
         self.input.read_exact(used).map_err(|cause| ContentError::truncated(cause, place))?;
-        if self.encoding == Encoding::Big {
-            used.reverse();
-        }
-        Ok(kind.value(bytes))
+        Ok(kind.value_of(used, self.encoding))
     }
 
     fn ascii_number(&mut self, place: &impl Fn() -> String) -> Result<f64, ContentError> {
@@ -273,4 +302,8 @@ impl<R: BufRead> PlyReader<R> {
             )
         })
     }
+}
+
+fn place_of(element: &Element, idx: u64) -> String {
+    format!("{} {idx} of {}", element.name, element.count)
 }
