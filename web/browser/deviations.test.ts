@@ -189,6 +189,18 @@ test(
     await comparison.scrollIntoViewIfNeeded();
     await picture(page, "deviations-table");
 
+    // The mesh of the part has the same colours, also if the cloud never had them.
+    await page.reload();
+    await page.getByRole("button", { name: "Show mesh" }).click();
+    const shown = page.locator(".cloud-tools select").nth(1);
+    await until("the mesh alone", async () => (await shown.inputValue()) === "mesh");
+    await comparison.getByRole("button", { name: "Show deviations" }).click();
+    await comparison.getByRole("button", { name: "Hide deviations" }).waitFor();
+    await page.getByRole("button", { name: "Top", exact: true }).click();
+    await expectDeviations(page);
+    await page.locator(".cloud-view").scrollIntoViewIfNeeded();
+    await picture(page, "deviations-mesh");
+
     await comparison.getByRole("button", { name: "Hide deviations" }).click();
     await comparison.getByRole("button", { name: "Show deviations" }).waitFor();
     expect(await page.locator(".cloud-tools select").first().inputValue()).not.toBe("deviation");

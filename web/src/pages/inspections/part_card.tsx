@@ -4,6 +4,7 @@ import { useCallback, useEffect } from "preact/hooks";
 import { ProblemCard } from "../../components/problem";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { text } from "../../text";
+import { MeshTool } from "../result/mesh_tool";
 import { CloudView } from "../viewer/cloud_view";
 import type { PartState } from "./part_state";
 
@@ -15,7 +16,12 @@ export function PartCard({ state }: { state: PartState }) {
   return (
     <div class="stack part-card">
       {problem && <ProblemCard problem={problem} />}
-      <CloudView state={state.result.view} onViewer={onViewer} empty={<p>{text.value.frame.loading}</p>} />
+      <CloudView
+        state={state.result.view}
+        onViewer={onViewer}
+        empty={<p>{text.value.frame.loading}</p>}
+        tools={<MeshTool result={state.result} />}
+      />
       <p class="muted">{words.part_hint}</p>
     </div>
   );

@@ -3,7 +3,6 @@
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
-import { CommandButton } from "../../components/command_button";
 import { Show, useLoaded } from "../../components/loading/loading";
 import { ProblemCard } from "../../components/problem";
 import { VerdictWord } from "../../components/verdict";
@@ -13,6 +12,7 @@ import { language, text } from "../../text";
 import { dateTime } from "../../units";
 import { CloudView } from "../viewer/cloud_view";
 import { Measurements } from "./measurements";
+import { MeshTool } from "./mesh_tool";
 import { Downloads, Provenance, Recompute } from "./provenance";
 import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
@@ -100,11 +100,7 @@ function ScanResult({ scan }: { scan: Scan }) {
           state={result.view}
           onViewer={onViewer}
           empty={<p>{scan.report.n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
-          tools={
-            scan.cloud && !result.view.mesh.value ? (
-              <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>
-            ) : undefined
-          }
+          tools={<MeshTool result={result} />}
         />
         <div class="stack">
           <Printed result={result} viewer={viewer} />

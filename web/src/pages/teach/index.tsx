@@ -11,6 +11,7 @@ import { href, route } from "../../state/browser/route";
 import type { Inspection } from "../../state/records/inspections";
 import { text } from "../../text";
 import { Comparisons } from "../inspections/comparison";
+import { MeshTool } from "../result/mesh_tool";
 import { findScan } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { CloudView } from "../viewer/cloud_view";
@@ -76,7 +77,12 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
       <p class="muted">{words.how}</p>
       {problem && <ProblemCard problem={problem} />}
       <div class="teach-page">
-        <CloudView state={view} onViewer={onViewer} empty={<p>{text.value.frame.loading}</p>} />
+        <CloudView
+          state={view}
+          onViewer={onViewer}
+          empty={<p>{text.value.frame.loading}</p>}
+          tools={<MeshTool result={state.result} />}
+        />
         <div class="stack">
           <RecipeCard state={state} />
           <ToolCard state={state} />

@@ -81,10 +81,9 @@ export class CloudLayer {
     for (const chunk of cloud.chunks) this.writeChunk(chunk);
   }
 
-  /** Draws one point in `thinning`; returns the number of points drawn. */
-  draw(uniforms: Readonly<Record<string, UniformValue>>, thinning: number): number {
-    const { gl, program } = this;
-    program.use(uniforms);
+  /** Binds the textures from which values of points, and of the mesh, are computed. */
+  bindMaps(): void {
+    const { gl } = this;
     if (this.grid) {
       this.cells ??= this.write3D(this.grid);
       gl.bindTexture(gl.TEXTURE_3D, this.cells);
@@ -101,6 +100,12 @@ export class CloudLayer {
       gl.bindTexture(gl.TEXTURE_3D, this.deviations);
       gl.activeTexture(gl.TEXTURE0);
     }
+  }
+
+  /** Draws one point in `thinning`, after `bindMaps`; returns the number of points drawn. */
+  draw(uniforms: Readonly<Record<string, UniformValue>>, thinning: number): number {
+    const { gl, program } = this;
+    program.use(uniforms);
     let n_drawn = 0;
     for (const [chunk, { vertices }] of this.drawn) {
       gl.bindVertexArray(vertices);

@@ -407,6 +407,7 @@ export class CloudViewer {
     gl.clearColor(...BACKGROUND, 1);
     if (shading) shading.begin(BACKGROUND);
     else gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.layer.bindMaps();
     if (this.shown.mesh) this.mesh?.draw(uniforms);
     this.layer.write(this.cloud);
     this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.thinning.factor) : 0;
