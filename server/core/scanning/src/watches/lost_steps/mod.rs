@@ -29,7 +29,7 @@ use crate::params::watches::CLUSTER_TRAVEL_BINS;
 use crate::points::profile::Profile;
 use crate::watches::samples::{FrameSamples, LineSampler, Sample, line_through, surface_at};
 use series::{Difference, Series};
-use step::Step;
+use step::{Step, Steps};
 
 /// Lost steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,10 +117,9 @@ impl LostStepsWatch {
                 self.surfaces[order][bin].push(sample);
             }
         }
-        let oldest = frame.saturating_sub(DETECTION_FRAMES + BASELINE_FRAMES);
+        let oldest = oldest_frame(frame);
         self.pairs.iter_mut().flatten().for_each(|series| series.forget_before(oldest));
-        self.note_step_in_the_middle(frame);
-        let found = self.likeliest_jump(frame);
+        let found = self.judge(frame);
         if let Some(found) = &found {
             self.since = found.first_frame;
             self.pairs.iter_mut().flatten().for_each(|series| *series = Series::default());
@@ -151,8 +150,19 @@ impl LostStepsWatch {
         }
     }
 
-    fn step_at(&self, first_frame: usize) -> Option<Step<'_>> {
-        Step::at(&self.pairs, self.sampler.orders.len(), first_frame, self.depth_mm)
+    /// Adds the standard deviation of the step [`DETECTION_FRAMES`] / 2 before a frame to those of the scan, and looks for
+    /// a significant one.
+    fn judge(&mut self, frame: usize) -> Option<LostSteps> {
+        let steps = Steps::new(&self.pairs, self.sampler.orders.len(), self.depth_mm)?;
+        let in_the_middle = (frame + 1).checked_sub(DETECTION_FRAMES / 2).and_then(|at| steps.at(at));
+        let of_step =
+            in_the_middle.and_then(|step| Some((step.independent_sigma_mm(), self.design_effect(&step)?)));
+        if let Some((independent_mm, own)) = of_step {
+            self.design_effects += own;
+            self.n_design_effects += 1.0;
+            self.sigmas_mm.push(independent_mm * self.widening(own));
+        }
+        self.likeliest_jump(&steps, frame)
     }
 
     /// Depths of one order relative to the surface of `other`, bin by bin.
@@ -209,17 +219,17 @@ impl LostStepsWatch {
     }
 
     /// The jump that best explains the last frames, if it is significant.
-    fn likeliest_jump(&self, frame: usize) -> Option<LostSteps> {
+    fn likeliest_jump(&self, steps: &Steps<'_>, frame: usize) -> Option<LostSteps> {
         let earliest = (self.since + MIN_FRAMES).max((frame + 1).saturating_sub(DETECTION_FRAMES));
         let latest = (frame + 1).checked_sub(MIN_FRAMES)?;
         let alarm_mm = ALARM_RELATIVE * self.depth_mm;
         let is_blind = |sigma_mm: f64| ALARM_SIGMAS * sigma_mm > BLIND_RELATIVE * self.depth_mm;
         let jumps = (earliest..=latest).filter_map(|first_frame| {
-            let step = self.step_at(first_frame)?;
+            let step = steps.at(first_frame)?;
             let is_clear =
                 |sigma_mm: f64| step.lag_mm.abs() >= alarm_mm && step.lag_mm.abs() >= ALARM_SIGMAS * sigma_mm;
-            // The exact standard deviation takes longer.
-            if !is_clear(step.independent_sigma_mm()) {
+            // Its own scatter takes longer.
+            if !is_clear(step.independent_sigma_mm() * self.widening(0.0)) {
                 return None;
             }
             let sigma_mm = self.sigma_mm(&step).filter(|&sigma_mm| is_clear(sigma_mm) && !is_blind(sigma_mm))?;
@@ -235,17 +245,6 @@ impl LostStepsWatch {
         jumps.max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)))
     }
 
-    /// Adds the standard deviation of the step [`DETECTION_FRAMES`] / 2 before a frame to those of the scan.
-    fn note_step_in_the_middle(&mut self, frame: usize) {
-        let middle = (frame + 1).checked_sub(DETECTION_FRAMES / 2);
-        let step = middle.and_then(|at| self.step_at(at));
-        let of_step = step.and_then(|step| Some((step.independent_sigma_mm(), self.design_effect(&step)?)));
-        let Some((independent_mm, own)) = of_step else { return };
-        self.design_effects += own;
-        self.n_design_effects += 1.0;
-        self.sigmas_mm.push(independent_mm * self.widening(own));
-    }
-
     /// Standard deviation of a step; `None` if too few bins determine it.
     fn sigma_mm(&self, step: &Step<'_>) -> Option<f64> {
         Some(step.independent_sigma_mm() * self.widening(self.design_effect(step)?))
@@ -258,7 +257,14 @@ impl LostStepsWatch {
         SCATTER_WIDENING * of_scan.max(OWN_VARIANCE_SHARE * own).sqrt()
     }
 
+    /// [`Step::design_effect`] in this scan.
     fn design_effect(&self, step: &Step<'_>) -> Option<f64> {
-        step.design_effect(&self.positions_mm, CLUSTER_TRAVEL_BINS * self.sampler.bin_mm)
+        let oldest = oldest_frame(self.n_frames - 1);
+        step.design_effect((oldest, &self.positions_mm[oldest..]), CLUSTER_TRAVEL_BINS * self.sampler.bin_mm)
     }
+}
+
+/// The first frame whose differences are still known at a frame.
+fn oldest_frame(frame: usize) -> usize {
+    frame.saturating_sub(DETECTION_FRAMES + BASELINE_FRAMES)
 }
