@@ -1,6 +1,7 @@
 //! Single commands: their output, messages and refusals.
 
 pub mod bad_input;
+pub mod benches;
 pub mod contract;
 pub mod lines_of_photographs;
 pub mod photographs;

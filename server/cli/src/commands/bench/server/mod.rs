@@ -61,7 +61,9 @@ async fn measured(args: &BenchServerArgs, folder: &Path, recording: &Path) -> Re
         data: Some(folder.join("data")),
         config: None,
         set: vec![
-            set("kind", "replay".to_owned()),
+            set("camera.kind", "replay".to_owned()),
+            set("stage.kind", "replay".to_owned()),
+            set("laser.kind", "replay".to_owned()),
             set("replay.folder", recording.display().to_string()),
             set("replay.frame_rate_hz", args.rate_hz.to_string()),
         ],

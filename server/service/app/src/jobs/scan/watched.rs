@@ -1,5 +1,8 @@
 //! The watches on a scan: their results go into the report, the events, the state of the scan and the history.
 
+use std::collections::VecDeque;
+use std::time::Instant;
+
 use parking_lot::Mutex;
 
 use optics::Calibration;
@@ -8,6 +11,7 @@ use scanning::{
     with_wavelength_changed,
 };
 use serde_json::Value;
+use station::params::RECORDER_FRAMES;
 use store::{Change, ScanRecord, ScanState};
 
 use crate::jobs::scan::ScanStory;
@@ -15,20 +19,56 @@ use crate::jobs::{ComputeContext, JobEnd};
 use crate::resources::scan_run::{ScanPlan, ScanRun};
 use crate::resources::watches::{WATCHES, WatchHistory, verdicts_json, warning, warnings};
 
+/// Number of frames that may wait for the live watch: a quarter of those that the station can keep before it loses some.
+const WAITING_FRAMES: usize = RECORDER_FRAMES / 4;
+
 /// The watch for lost steps during acquisition.
-pub struct LiveWatch(Mutex<Option<LostStepsWatch>>);
+///
+/// It ends if frames arrive faster than they are processed, since a frame matters more than an early warning: every scan is
+/// checked at its end.
+pub struct LiveWatch(Mutex<Watching>);
+
+struct Watching {
+    watch: Option<LostStepsWatch>,
+    backlog: Backlog,
+}
+
+/// When the last frames arrived, oldest first.
+#[derive(Default)]
+struct Backlog(VecDeque<Instant>);
+
+impl Backlog {
+    /// Adds a frame that is processed now; whether [`WAITING_FRAMES`] more have arrived since it did, at the rate of the
+    /// last ones.
+    fn is_long(&mut self, arrived_at: Instant, now: Instant) -> bool {
+        self.0.push_back(arrived_at);
+        let before = if self.0.len() > WAITING_FRAMES { self.0.pop_front() } else { None };
+        before.is_some_and(|before| now.duration_since(arrived_at) > arrived_at.duration_since(before))
+    }
+}
 
 impl LiveWatch {
     /// Inactive on stations without a linear stage.
     pub fn new(calibration: &Calibration) -> Self {
-        Self(Mutex::new(LostStepsWatch::new(calibration)))
+        Self(Mutex::new(Watching { watch: LostStepsWatch::new(calibration), backlog: Backlog::default() }))
     }
 
     /// Adds the next frame; an alarm becomes an event at once. The result for the whole scan follows at its end.
-    pub fn note(&self, ctx: &ComputeContext, scan_id: &str, profile: &Profile, position_mm: f64) {
-        let mut watch = self.0.lock();
-        let Some(lost) = watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else { return };
-        drop(watch);
+    pub fn note(
+        &self,
+        ctx: &ComputeContext,
+        scan_id: &str,
+        (profile, position_mm): (&Profile, f64),
+        arrived_at: Instant,
+    ) {
+        let mut watching = self.0.lock();
+        if watching.backlog.is_long(arrived_at, Instant::now()) && watching.watch.take().is_some() {
+            tracing::warn!(scan_id, "frames are waiting: lost steps are looked for at the end of the scan only");
+        }
+        let Some(lost) = watching.watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else {
+            return;
+        };
+        drop(watching);
         let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
         let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
         let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
@@ -107,4 +147,30 @@ impl Watched {
 /// Light dose of the exposures of a scan: 1 is full power for one millisecond.
 fn light_of(plan: &ScanPlan) -> f64 {
     (plan.exposure_us * 1e-3 * plan.laser_power).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_backlog_is_long_if_many_frames_have_arrived_since() {
+        let start = Instant::now();
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        let mut backlog = Backlog::default();
+        // The first frames say nothing, however late.
+        for idx in 0..WAITING_FRAMES as u64 {
+            assert!(!backlog.is_long(at(2 * idx), at(2 * idx + 1000)));
+        }
+        let span_ms = 2 * WAITING_FRAMES as u64;
+        for (waited_ms, is_long) in [(1, false), (span_ms, false), (span_ms + 1, true), (1, false)] {
+            let arrived_ms = backlog.0.back().unwrap().duration_since(start).as_millis() as u64 + 2;
+            assert_eq!(backlog.is_long(at(arrived_ms), at(arrived_ms + waited_ms)), is_long, "{waited_ms} ms");
+        }
+        // A pause of the computer at a low rate is no backlog.
+        let mut slow = Backlog::default();
+        assert!((0..40).all(|idx| !slow.is_long(at(50 * idx), at(50 * idx + 400))));
+    }
 }

@@ -243,7 +243,7 @@ impl Recorder<'_> {
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
             live.add_profile_points(self.scan_id, idx as u32, position, profile, calibration);
-            self.watch.note(self.ctx, self.scan_id, profile, position.value());
+            self.watch.note(self.ctx, self.scan_id, (profile, position.value()), arrived_at);
         }
         lock(&memory.results).give_back(result);
         let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");
