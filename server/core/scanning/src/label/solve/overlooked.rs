@@ -93,7 +93,8 @@ fn adopt_if_better(
     is_better
 }
 
-/// All pieces whose score depends on a piece's label.
+/// The pieces on whose labels the score of a piece depends. With observations in one direction only, these are not all
+/// of [`Evidence::dependents`].
 fn neighbours(evidence: &Evidence, piece: usize) -> impl Iterator<Item = usize> {
     let bonds = evidence.bonds[piece].iter().map(|bond| bond.piece);
     let seen = evidence.observations(piece).iter().map(|seen| seen.piece);

@@ -3,17 +3,18 @@
 //! In bin k, order b differs from order a by d = c_bk − c_ak + g·(δ·[across the step] + ε·travel_ba) + noise, with the
 //! slope g. The c and ε are fitted together with δ: what they take of its information is lost, and what remains does not
 //! depend on them.
+//!
+//! Names of regressors and observation: X, the slope where the step counts, otherwise 0; H, the slope times the travel; D,
+//! the difference in depth.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::params::lost_steps::{MIN_EFFECTIVE_BINS, OFFSET_PRIOR_RELATIVE, SCALE_PRIOR};
 use crate::watches::lost_steps::series::{Series, Sums};
 
-// Regressors and observation: X, the slope where the step counts, otherwise 0; H, the slope times the travel; D, the
-// difference in depth.
-
 /// The fit of one bin without a step.
 struct BinFit {
+    /// The normal equations of the constants, factored.
     factor: Cholesky<f64, Dyn>,
     /// Per order: what its constant takes of H and of D.
     constants: [DVector<f64>; 2],
@@ -97,6 +98,7 @@ pub struct Steps<'a> {
     n_orders: usize,
     travels_mm: Vec<f64>,
     bins: Vec<Option<BinFit>>,
+    /// Sums of H·H and H·D over all bins; H·H includes the prior of the scale.
     hh: f64,
     hd: f64,
     /// Variance of a difference of weight 1.
