@@ -84,14 +84,16 @@ pub fn has_aravis() -> bool {
     succeeds(Command::new("pkg-config").args(["--exists", "aravis-0.8", "libusb-1.0"]))
 }
 
-/// Installs the C library of GenICam cameras with its link dependencies, and the camera process for the driver's tests.
+/// Installs the C library of GenICam cameras with its link dependencies, and for the driver's tests the camera process and
+/// what gives each of them a network of its own.
 pub fn ensure_genicam() -> Outcome {
     ensure_program("pkg-config", "pkg-config")?;
     let is_missing = |library: &str| !succeeds(Command::new("pkg-config").args(["--exists", library]));
     let libraries = [("aravis-0.8", "libaravis-dev"), ("libusb-1.0", "libusb-1.0-0-dev")];
     let missing = libraries.into_iter().filter(|(library, _)| is_missing(library)).map(|(_, package)| package);
-    let camera = (!is_installed("arv-fake-gv-camera-0.8")).then_some("aravis-tools");
-    ensure_apt(&missing.chain(camera).collect::<Vec<_>>())
+    let programs = [("arv-fake-gv-camera-0.8", "aravis-tools"), ("ip", "iproute2")];
+    let programs = programs.into_iter().filter(|(program, _)| !is_installed(program)).map(|(_, package)| package);
+    ensure_apt(&missing.chain(programs).collect::<Vec<_>>())
 }
 
 /// Installs the MQTT broker that the tests of doors publish to, and its client.

@@ -1,12 +1,14 @@
 //! A third-party GigE Vision camera for tests: `arv-fake-gv-camera-0.8` of aravis, a process that speaks the protocol
-//! on 127.0.0.1. Only one can run at a time, because the protocol has a fixed port.
+//! on 127.0.0.1. The protocol has a fixed port, so each camera gets a network of its own, or, without root, its turn.
 
 use std::fs::File;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
+use nix::sched::{CloneFlags, unshare};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -36,7 +38,7 @@ pub struct FakeOptions {
 pub struct FakeCamera {
     options: FakeOptions,
     process: Option<Child>,
-    _lock: Flock<File>,
+    _turn: Option<Flock<File>>,
 }
 
 impl FakeCamera {
@@ -46,14 +48,14 @@ impl FakeCamera {
             .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(PROGRAM).is_file()))
     }
 
-    /// Starts a camera as soon as no other test uses one, and waits until it answers.
+    /// Starts a camera and waits until it answers. The calling thread, and all that it starts from then on, are moved to
+    /// a network of their own; without the permission for that, it waits until no other test uses a camera.
     ///
     /// # Errors
     /// An error of the operating system, or a camera that does not answer.
     pub fn start(options: FakeOptions) -> std::io::Result<Self> {
-        let file = File::create(std::env::temp_dir().join("sheaf-fake-gige-camera.lock"))?;
-        let lock = Flock::lock(file, FlockArg::LockExclusive).map_err(|(_, error)| error)?;
-        let mut camera = Self { options, process: None, _lock: lock };
+        let turn = if enter_own_network()? { None } else { Some(turn()?) };
+        let mut camera = Self { options, process: None, _turn: turn };
         camera.restart()?;
         Ok(camera)
     }
@@ -123,4 +125,25 @@ impl Drop for FakeCamera {
         self.resume();
         self.kill();
     }
+}
+
+/// Moves the calling thread to a network namespace in which there is nothing but the loopback device, and returns whether
+/// that is permitted.
+fn enter_own_network() -> std::io::Result<bool> {
+    let has_ip = Command::new("ip").arg("-V").stdout(Stdio::null()).status().is_ok_and(|status| status.success());
+    if !has_ip {
+        return Ok(false);
+    }
+    match unshare(CloneFlags::CLONE_NEWNET) {
+        Err(Errno::EPERM) => return Ok(false),
+        entered => entered?,
+    }
+    let status = Command::new("ip").args(["link", "set", "lo", "up"]).status()?;
+    if status.success() { Ok(true) } else { Err(std::io::Error::other(format!("ip link set lo up: {status}"))) }
+}
+
+/// Waits until no other test uses a camera.
+fn turn() -> std::io::Result<Flock<File>> {
+    let file = File::create(std::env::temp_dir().join("sheaf-fake-gige-camera.lock"))?;
+    Flock::lock(file, FlockArg::LockExclusive).map_err(|(_, error)| error.into())
 }
