@@ -4,6 +4,7 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   test: {
     include: ["browser/**/*.test.ts"],
+    globalSetup: "browser/calibrated.ts",
     fileParallelism: false,
     testTimeout: 180_000,
     hookTimeout: 120_000,

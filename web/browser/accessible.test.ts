@@ -3,7 +3,8 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { PAGES } from "../src/state/browser/route";
-import { expectAccessibleInBoth, launch, Server, type Visit, visit } from "./harness";
+import { expectAccessibleInBoth, launch, type Visit, visit } from "./harness";
+import { Server } from "./server";
 
 let server: Server;
 let browser: Browser;

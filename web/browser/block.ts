@@ -1,7 +1,7 @@
 /** A block on the table of the simulated station, and a recipe that judges its height. */
 
 import type { Schemas } from "../src/api/client";
-import type { Server } from "./harness";
+import type { Server } from "./server";
 import { type Corner, placePart, stlOf, type Triangle } from "./stl";
 
 /** Nominal height of the block, mm. */

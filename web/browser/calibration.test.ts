@@ -4,7 +4,8 @@ import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { tarOf } from "./archive";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import { Server } from "./server";
 
 /** Longest time a calibration may take on a busy machine. */
 const SOLVED_WITHIN_MS = 160_000;

@@ -11,7 +11,8 @@ import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { tarOfFolder } from "./archive";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, SHEAF, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, NO_GRAPHICS, picture, visit } from "./harness";
+import { Server, SHEAF } from "./server";
 
 /** A calibration on a busy machine. */
 const SOLVED_WITHIN_MS = 200_000;
@@ -25,7 +26,7 @@ beforeAll(async () => {
   // Small images: this tests the workflow, not the quality of the calibration.
   const size = ["--width-px", "640", "--height-px", "512", "--poses", "6", "--frames", "1", "--scene", "plate"];
   execFileSync(SHEAF, ["twin", "capture", "--quiet", ...size, "--output", folder]);
-  [server, browser] = await Promise.all([Server.start(), launch()]);
+  [server, browser] = await Promise.all([Server.start(), launch(NO_GRAPHICS)]);
 });
 
 afterAll(async () => {

@@ -4,8 +4,9 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { englishIn } from "./german";
-import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
 import { pixelsOf } from "./pixels";
+import type { Server } from "./server";
 import { curvedSurface, nominalHeight, placePart, realHeight, stlOf } from "./stl";
 
 /** Tests that calibrate or scan, on a busy machine. */
@@ -40,8 +41,7 @@ let browser: Browser;
 let scan_id: string;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch()]);
   await placePart(server, stlOf(curvedSurface(realHeight(DEFECT_MM), 0)));
   const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
   scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";

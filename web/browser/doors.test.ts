@@ -5,8 +5,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessibleInBoth, launch, NO_GRAPHICS, picture, until, visit } from "./harness";
 import { Receiver } from "./receiver";
+import { Server } from "./server";
 
 /** A simulated fault that a station at rest does not notice: its events are what is delivered. */
 const FAULT = "wavelength_drift";
@@ -32,7 +33,7 @@ events = ["simulation.*"]
 allowed_private = ["127.0.0.1/32"]
 `,
   );
-  [server, browser] = await Promise.all([Server.start(["--config", config]), launch()]);
+  [server, browser] = await Promise.all([Server.start(["--config", config]), launch(NO_GRAPHICS)]);
 });
 
 afterAll(async () => {

@@ -5,14 +5,14 @@ import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 import { FakeStation } from "./fake_station";
-import { launch, picture, until, type Visit, visit } from "./harness";
+import { launch, NO_GRAPHICS, picture, until, type Visit, visit } from "./harness";
 
 let browser: Browser;
 let station: FakeStation;
 let visitor: Visit;
 
 beforeAll(async () => {
-  browser = await launch();
+  browser = await launch(NO_GRAPHICS);
 });
 afterAll(async () => {
   await browser?.close();

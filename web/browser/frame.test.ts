@@ -7,7 +7,8 @@ import { PAGES } from "../src/state/browser/route";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 import { AT_WORK, ENDED, englishIn } from "./german";
-import { expectAccessible, launch, picture, Server, until, type Visit, visit } from "./harness";
+import { expectAccessible, launch, NO_GRAPHICS, picture, until, type Visit, visit } from "./harness";
+import { Server } from "./server";
 import { StagedJob } from "./staged_job";
 
 let server: Server;
@@ -15,7 +16,7 @@ let browser: Browser;
 const open: Visit[] = [];
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
+  [server, browser] = await Promise.all([Server.start(), launch(NO_GRAPHICS)]);
 });
 
 afterEach(async () => {

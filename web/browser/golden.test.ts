@@ -9,7 +9,8 @@ import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { launch, PICTURES, Server, visit } from "./harness";
+import { launch, PICTURES, visit } from "./harness";
+import { Server } from "./server";
 
 const GOLDEN = join(import.meta.dirname, "golden");
 const WRITE = process.env.SHEAF_GOLDEN === "write";

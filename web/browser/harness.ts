@@ -1,160 +1,30 @@
-/** The real program with its simulated station, and Debian's Chromium looking at it. */
+/** Debian's Chromium looking at the program. */
 
-import { type ChildProcess, spawn } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
-import { createInterface } from "node:readline";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
 import AxeBuilder from "@axe-core/playwright";
 import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
-import { expect } from "vitest";
-import type { Job } from "../src/api/client";
-
-/** Longest time from the start of the program to its URL on a busy machine. */
-const URL_WITHIN_MS = 60_000;
-
-/** Longest time a job of the simulated station may take on a busy machine. */
-const JOB_WITHIN_MS = 240_000;
-
-/** A calibration that a late simulated camera has spoilt is begun again so often. */
-const CALIBRATED_AGAIN = 6;
+import { expect, inject } from "vitest";
+import { ROOT, Server } from "./server";
 
 /** Longest time until a page shows what it should on a busy machine. */
 const SEEN_WITHIN_MS = 120_000;
 
-const ROOT = resolve(import.meta.dirname, "../..");
-/** The program under test. */
-export const SHEAF =
-  process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
 const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
 
 /** Screenshots for the README and the documents are written here; check each of them. */
 export const PICTURES = process.env.SHEAF_PICTURES ?? join(ROOT, "target/browser");
 
-/** A running `sheaf serve` on a folder of its own. */
-export class Server {
-  private constructor(
-    readonly url: string,
-    private readonly process: ChildProcess,
-    readonly folder: string,
-    private readonly args: readonly string[],
-  ) {}
-
-  static async start(args: readonly string[] = []): Promise<Server> {
-    return await Server.on(mkdtempSync(join(tmpdir(), "sheaf-browser-")), "127.0.0.1:0", args);
-  }
-
-  private static async on(folder: string, listen: string, args: readonly string[]): Promise<Server> {
-    if (!existsSync(SHEAF)) throw new Error(`${SHEAF} is missing: cargo build --package sheaf`);
-    const child = spawn(SHEAF, ["serve", "--listen", listen, "--data", join(folder, "data"), ...args], {
-      stdio: ["ignore", "pipe", "ignore"],
-      env: environment(),
-    });
-    const lines = createInterface({ input: child.stdout });
-    const url = await new Promise<string>((found, failed) => {
-      const timer = setTimeout(() => failed(new Error("no URL")), URL_WITHIN_MS);
-      child.once("exit", (code) => failed(new Error(`sheaf ended with ${code} before it listened`)));
-      lines.on("line", (line) => {
-        const url = /http:\/\/[^\s/]+/.exec(line)?.[0];
-        if (!url) return;
-        clearTimeout(timer);
-        found(url);
-      });
-    });
-    return new Server(url, child, folder, args);
-  }
-
-  /** Ends the process at once, as a power cut would; the data stay. */
-  async kill(): Promise<void> {
-    await this.end("SIGKILL");
-  }
-
-  /** Ends the process as a service manager would; the data stay. */
-  async terminate(): Promise<void> {
-    await this.end("SIGTERM");
-  }
-
-  /** Starts again on the same data and the same port. */
-  async startAgain(): Promise<Server> {
-    return await Server.on(this.folder, new URL(this.url).host, this.args);
-  }
-
-  /** Ends the process and forgets its data. */
-  async stop(): Promise<void> {
-    await this.end("SIGTERM");
-    rmSync(this.folder, { recursive: true, force: true });
-  }
-
-  private async end(signal: NodeJS.Signals): Promise<void> {
-    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
-    const ended = new Promise((resolve) => this.process.once("exit", resolve));
-    this.process.kill(signal);
-    await ended;
-  }
-
-  /** A request past the page; demands success. */
-  async call<T = unknown>(method: string, path: string, body?: unknown, headers: HeadersInit = {}): Promise<T> {
-    const init: RequestInit = { method, headers: { ...headers, "content-type": "application/json" } };
-    if (body !== undefined) init.body = JSON.stringify(body);
-    const response = await fetch(this.url + path, init);
-    const text = await response.text();
-    if (!response.ok) throw new Error(`${method} ${path}: ${response.status} ${text}`);
-    return (text === "" ? undefined : JSON.parse(text)) as T;
-  }
-
-  /** Starts a job and waits until it has succeeded. */
-  async job(path: string, body: unknown): Promise<Job> {
-    const { id } = await this.call<Job>("POST", path, body);
-    const begun = Date.now();
-    for (;;) {
-      const job = await this.call<Job>("GET", `/api/v1/jobs/${id}`);
-      if (job.state === "succeeded") return job;
-      if (job.state !== "queued" && job.state !== "running") throw new Error(`${job.state}: ${job.message}`);
-      if (Date.now() - begun > JOB_WITHIN_MS) throw new Error(`still ${job.state}: ${job.message}`);
-      await new Promise((resolve) => setTimeout(resolve, 200));
-    }
-  }
-
-  /** Acknowledges faults, as a person would. */
-  async reset(): Promise<void> {
-    const holder = { holder: "Test", take_over: true };
-    const { id } = await this.call<{ id: string }>("POST", "/api/v1/station/control", holder);
-    const control = { "Sheaf-Control": id };
-    await this.call("POST", "/api/v1/station/reset", undefined, control);
-    await this.call("DELETE", "/api/v1/station/control", undefined, control);
-  }
-
-  /** A calibrated station, for tests that are about something else. Answers the calibration's id. */
-  async calibrate(): Promise<string> {
-    const start = () => this.job("/api/v1/calibrations", { source: { kind: "station" } });
-    let job = await start().catch(takenForFault);
-    // On a busy machine the simulated camera may be late, which the station takes for a fault.
-    for (let again = 0; !job && again < CALIBRATED_AGAIN; again++) {
-      await this.reset();
-      job = await start().catch(takenForFault);
-    }
-    if (!job) throw new Error("the simulated camera was always late: the machine is too busy");
-    const calibration_id = job.result?.id ?? "";
-    await this.call("PUT", "/api/v1/calibrations/active", { calibration_id });
-    return calibration_id;
-  }
-
-  /** Scans the sphere on the simulated stage and returns the id of the scan. */
-  async scan(step_mm = 0.4): Promise<string> {
-    const job = await this.job("/api/v1/scans", { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm });
-    return job.result?.id ?? "";
+declare module "vitest" {
+  interface ProvidedContext {
+    /** The data of a calibrated station, for every file of a run. */
+    calibrated: string;
   }
 }
 
-/** The environment without the variables of this harness, which the server would report as misspelt settings. */
-function environment(): NodeJS.ProcessEnv {
-  const own = ["SHEAF_BIN", "SHEAF_CHROMIUM", "SHEAF_PICTURES", "SHEAF_GOLDEN"];
-  return Object.fromEntries(Object.entries(process.env).filter(([name]) => !own.includes(name)));
-}
-
-/** Lets pass that the station missed a frame; everything else is a mistake. */
-function takenForFault(cause: unknown): undefined {
-  if (!/no frame arrived/.test(String(cause))) throw cause;
+/** A station with an active calibration, for tests that are about something else. */
+export async function calibrated(): Promise<Server> {
+  return await Server.onCopyOf(inject("calibrated"));
 }
 
 /** WebGL2, drawn by the processor. */

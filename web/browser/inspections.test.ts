@@ -5,7 +5,8 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { blockRecipe, DEFECT_MM, HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import type { Server } from "./server";
 
 /** Tests that calibrate or scan, on a busy machine. */
 const STATION_MS = 300_000;
@@ -14,8 +15,7 @@ let server: Server;
 let browser: Browser;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch()]);
   const recipe = blockRecipe(DEFECT_MM / 2);
   await server.call("POST", "/api/v1/recipes", { id: "block", reason: "first article", recipe });
 }, 600_000);

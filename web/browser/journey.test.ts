@@ -7,7 +7,8 @@ import { readFileSync } from "node:fs";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas, Station } from "../src/api/client";
-import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, launch, picture, until, visit } from "./harness";
+import { Server } from "./server";
 
 /** A job of the simulated station on a busy machine, ms. */
 const JOB_MS = 240_000;

@@ -7,8 +7,9 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Job, Schemas, Station } from "../src/api/client";
 import { decodeBlocks } from "../src/stream/protocol";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
 import { orderPixels } from "./pixels";
+import { Server } from "./server";
 
 /** A job of the simulated station on a busy machine, ms. */
 const JOB_MS = 240_000;

@@ -8,7 +8,8 @@
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { orderColour } from "../src/theme";
-import { expectAccessible, launch, picture, Server, until, type Visit, visit } from "./harness";
+import { expectAccessible, launch, NO_GRAPHICS, picture, until, type Visit, visit } from "./harness";
+import { Server } from "./server";
 
 const ORDERS = [-2, -1, 0, 1, 2];
 
@@ -31,7 +32,7 @@ let seen: Visit;
 beforeAll(async () => {
   server = await Server.start();
   await server.calibrate();
-  browser = await launch();
+  browser = await launch(NO_GRAPHICS);
   seen = await visit(browser, server.url, "#/live");
 }, 300_000);
 

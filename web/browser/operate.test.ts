@@ -5,7 +5,17 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { blockRecipe, DEFECT_MM, HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import {
+  calibrated,
+  expectAccessible,
+  expectAccessibleInBoth,
+  launch,
+  NO_GRAPHICS,
+  picture,
+  until,
+  visit,
+} from "./harness";
+import type { Server } from "./server";
 
 /** Tests that calibrate or inspect, on a busy machine. */
 const STATION_MS = 300_000;
@@ -14,8 +24,7 @@ let server: Server;
 let browser: Browser;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch(NO_GRAPHICS)]);
 }, 600_000);
 
 afterAll(async () => {

@@ -3,7 +3,17 @@
 import { readFileSync } from "node:fs";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { expectAccessibleInBoth, launch, picture, Server, until, type Visit, visit } from "./harness";
+import {
+  calibrated,
+  expectAccessibleInBoth,
+  launch,
+  NO_GRAPHICS,
+  picture,
+  until,
+  type Visit,
+  visit,
+} from "./harness";
+import type { Server } from "./server";
 
 interface Recordings {
   items: { id: string; state: string; n_frames: number; size_bytes: number }[];
@@ -17,9 +27,8 @@ let browser: Browser;
 let seen: Visit;
 
 beforeAll(async () => {
-  server = await Server.start();
-  await server.calibrate();
-  browser = await launch();
+  server = await calibrated();
+  browser = await launch(NO_GRAPHICS);
   seen = await visit(browser, server.url, "#/live");
 }, 300_000);
 

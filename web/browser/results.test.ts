@@ -2,7 +2,8 @@
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { launch, Server, until, visit } from "./harness";
+import { calibrated, launch, until, visit } from "./harness";
+import type { Server } from "./server";
 
 /** Tests that calibrate or scan, on a busy machine. */
 const STATION_MS = 300_000;
@@ -14,8 +15,7 @@ let server: Server;
 let browser: Browser;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch()]);
   for (const name of PLATES) {
     const scan = { name, source: { kind: "station" }, from_mm: -2, to_mm: 2, step_mm: 1 };
     const { result } = await server.job("/api/v1/scans", scan);

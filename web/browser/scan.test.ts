@@ -7,9 +7,10 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Job, Schemas } from "../src/api/client";
 import { decodeBlocks } from "../src/stream/protocol";
 import { orderColour } from "../src/theme";
-import { expectAccessible, launch, PICTURES, picture, Server, until, visit } from "./harness";
+import { expectAccessible, launch, PICTURES, picture, until, visit } from "./harness";
 import { blankPage, ORDERS, orderPixels, pixelsOf } from "./pixels";
 import { PointsGate } from "./points_gate";
+import { Server } from "./server";
 
 /** 41 rows of some 6,000 points: enough to grow, few enough for graphics in software. */
 const ROWS = { scan_from_mm: -15, scan_to_mm: 15, scan_step_mm: 0.75 };

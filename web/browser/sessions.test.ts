@@ -3,7 +3,8 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, NO_GRAPHICS, picture, until, visit } from "./harness";
+import { Server } from "./server";
 
 /** Time limit for an image of the simulated station on a busy machine. */
 const TAKEN_WITHIN_MS = 120_000;
@@ -12,7 +13,7 @@ let server: Server;
 let browser: Browser;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
+  [server, browser] = await Promise.all([Server.start(), launch(NO_GRAPHICS)]);
 });
 
 afterAll(async () => {

@@ -4,7 +4,8 @@ import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { blockRecipe, DEFECT_MM, HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { expectAccessibleInBoth, launch, picture, Server, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, NO_GRAPHICS, picture, visit } from "./harness";
+import type { Server } from "./server";
 
 const STATION_MS = 300_000;
 
@@ -17,8 +18,7 @@ let browser: Browser;
 let study_id: string;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch(NO_GRAPHICS)]);
   const recipe = blockRecipe(DEFECT_MM);
   await server.call("POST", "/api/v1/recipes", { id: "block", reason: "first article", recipe });
   const parts = PARTS_MM.map((_, idx) => `M-${idx}`);

@@ -1,6 +1,6 @@
 /** STL files, and parts from them on the table of the simulated station. */
 
-import type { Server } from "./harness";
+import type { Server } from "./server";
 
 /** Position, mm. */
 export type Corner = readonly [number, number, number];

@@ -5,7 +5,8 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import type { Server } from "./server";
 
 /** Tests that calibrate or scan, on a busy machine. */
 const STATION_MS = 300_000;
@@ -24,8 +25,7 @@ let browser: Browser;
 let scan_id: string;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch()]);
   await placeBlock(server, HEIGHT_MM);
   const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
   scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";

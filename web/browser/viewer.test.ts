@@ -4,7 +4,8 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import type { Server } from "./server";
 
 /** The second block is lower by this, µm: many times the noise of a point. */
 const LOWER_UM = 300;
@@ -20,8 +21,7 @@ let browser: Browser;
 const scans: string[] = [];
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
-  await server.calibrate();
+  [server, browser] = await Promise.all([calibrated(), launch()]);
   for (const height_mm of [HEIGHT_MM, HEIGHT_MM - LOWER_UM / 1000]) {
     await placeBlock(server, height_mm);
     const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
