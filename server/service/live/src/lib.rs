@@ -15,4 +15,5 @@ pub mod worker;
 
 pub use bus::{LiveBus, LiveFrame};
 pub use interest::{Demand, StreamKind};
-pub use points::{DisplayPoint, PointLog, PointsSeen};
+pub use points::{PointLog, PointsSeen};
+pub use protocol::points::DisplayPoint;

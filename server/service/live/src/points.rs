@@ -7,22 +7,7 @@ use bytes::{Bytes, BytesMut};
 use optics::{Calibration, Motion, StagePosition};
 use scanning::{CloudPoint, Profile};
 
-use crate::protocol::points::{block_bytes, put_block};
-
-/// A display point, in the part frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DisplayPoint {
-    /// Position in the part frame.
-    pub xyz_mm: [f64; 3],
-    /// Diffraction order of its line.
-    pub order: i8,
-    /// Grey levels of the line above its background.
-    pub intensity: f32,
-    /// Standard deviation along its camera ray.
-    pub sigma_mm: f32,
-    /// Image column (row): position along the line.
-    pub along_px: f32,
-}
+use crate::protocol::points::{DisplayPoint, block_bytes, put_block};
 
 /// A profile's points in the part frame. Their σ is that of the image noise alone.
 fn display_points(
@@ -34,8 +19,7 @@ fn display_points(
     let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::identity);
     let display = move |point: &scanning::ProfilePoint| {
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
-        let [across_u, across_v] = point.centreline.normal.map(f64::abs);
-        let along = if across_v >= across_u { point.centreline.u_px } else { point.centreline.v_px };
+        let (along, _) = point.centreline.along_across(point.centreline.direction());
         DisplayPoint {
             xyz_mm: [in_part.x, in_part.y, in_part.z],
             order: point.order,

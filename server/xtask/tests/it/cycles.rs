@@ -78,6 +78,43 @@ fn imported(text: &str) -> Vec<&str> {
     names
 }
 
+/// The text without comments and without the items that only tests have.
+fn without_tests(text: &str) -> String {
+    let code = |line: &&str| !line.trim_start().starts_with("//");
+    let text = text.lines().filter(code).collect::<Vec<_>>().join("\n");
+    let mut parts = text.split("#[cfg(test)]");
+    let mut kept = parts.next().unwrap_or_default().to_owned();
+    kept.extend(parts.map(|part| &part[end_of_item(part)..]));
+    kept
+}
+
+/// Where the first item of a text ends: at its semicolon, or at the brace that closes its first one.
+fn end_of_item(text: &str) -> usize {
+    let mut depth = 0_usize;
+    for (at, letter) in text.char_indices() {
+        match letter {
+            '{' => depth += 1,
+            '}' if depth == 1 => return at + 1,
+            '}' => depth = depth.saturating_sub(1),
+            ';' if depth == 0 => return at + 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+/// Re-exported names of a crate's root, with the top modules that define them.
+fn re_exports(root: &str) -> BTreeMap<&str, &str> {
+    let mut names = BTreeMap::new();
+    for (at, _) in root.match_indices("pub use ") {
+        let list = root[at + "pub use ".len()..].split(';').next().unwrap_or_default();
+        let Some((module, list)) = list.split_once("::") else { continue };
+        let words = list.split(|letter: char| !letter.is_alphanumeric() && letter != '_');
+        names.extend(words.filter(|word| word.starts_with(char::is_uppercase)).map(|word| (word, module)));
+    }
+    names
+}
+
 fn imports(folder: &Path) -> Imports {
     let source = folder.join("src");
     let top = |path: &Path| {
@@ -86,13 +123,16 @@ fn imports(folder: &Path) -> Imports {
     };
     let files = sources(&source);
     let modules: BTreeSet<String> = files.iter().map(|path| top(path)).collect();
+    let crate_root = std::fs::read_to_string(source.join("lib.rs")).unwrap_or_default();
+    let re_exports = re_exports(&crate_root);
     let mut imports = Imports::new();
     for path in &files {
         let from = top(path);
         let text = std::fs::read_to_string(path).unwrap();
         // Tests may import everything.
-        let text = text.split("#[cfg(test)]").next().unwrap();
-        let names = imported(text).into_iter().filter(|name| modules.contains(*name) && **name != from);
+        let text = without_tests(&text);
+        let names = imported(&text).into_iter().map(|name| re_exports.get(name).copied().unwrap_or(name));
+        let names = names.filter(|name| modules.contains(*name) && **name != from);
         imports.entry(from.clone()).or_default().extend(names.map(str::to_owned));
     }
     for at_the_root in ["lib", "main"] {
@@ -128,6 +168,12 @@ fn imports_between_the_top_modules_of_a_crate_run_one_way() {
 #[test]
 fn a_circle_is_found_and_lists_in_braces_are_read() {
     assert_eq!(imported("use crate::{a::{B, c}, d};\nfn f() { crate::e::g() }"), ["a", "d", "e"]);
+    assert_eq!(
+        re_exports("pub use a::{B, c::D as E};\npub use f::G;").into_iter().collect::<Vec<_>>(),
+        [("B", "a"), ("D", "a"), ("E", "a"), ("G", "f")]
+    );
+    let text = "#[cfg(test)]\nmod tests;\nuse crate::a::B;\n#[cfg(test)]\nmod others {\n fn f() { crate::c::g() }\n}\nuse crate::d::E;";
+    assert_eq!(imported(&without_tests(text)), ["a", "d"]);
     let arrows = |list: &[(&str, &[&str])]| -> Imports {
         let to = |to: &[&str]| to.iter().map(|name| (*name).to_owned()).collect();
         list.iter().map(|(from, names)| ((*from).to_owned(), to(names))).collect()

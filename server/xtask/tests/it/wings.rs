@@ -147,7 +147,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 32] = [
     ("sheaf-drawn", "server/drawn", &["sheaf-capture", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-recording", "server/core/recording", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision", "sheaf-remedy"]),
-    ("sheaf-vision", "server/core/vision", &["sheaf-statistics", "sheaf-remedy"]),
+    ("sheaf-vision", "server/core/vision", &["sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"]),
     ("sheaf-capability", "server/core/capability", &[]),
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),

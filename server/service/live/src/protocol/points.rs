@@ -3,8 +3,6 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use uuid::Uuid;
 
-use crate::DisplayPoint;
-
 /// First byte of the message.
 pub const OPCODE: u8 = 3;
 /// Bytes before the first point.
@@ -19,6 +17,21 @@ const SIGMA_CLASS_0_MM: f32 = 1e-4;
 const SIGMA_CLASSES_PER_DOUBLING: usize = 16;
 /// The class of a σ that is not known.
 const SIGMA_UNKNOWN: u8 = 255;
+
+/// A display point, in the part frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DisplayPoint {
+    /// Position in the part frame.
+    pub xyz_mm: [f64; 3],
+    /// Diffraction order of its line.
+    pub order: i8,
+    /// Grey levels of the line above its background.
+    pub intensity: f32,
+    /// Standard deviation along its camera ray.
+    pub sigma_mm: f32,
+    /// Image column (row): position along the line.
+    pub along_px: f32,
+}
 
 /// Packs the points of a frame; a scan id that is not a UUID is sent as zeros.
 pub fn encode_block(
