@@ -26,6 +26,12 @@ impl Number for f64 {
     }
 }
 
+impl Number for usize {
+    fn order(&self, other: &Self) -> Ordering {
+        self.cmp(other)
+    }
+}
+
 /// The median, for an even number of values the upper of the two middle ones; `None` if empty. Reorders `values`.
 pub fn median<T: Number>(values: &mut [T]) -> Option<T> {
     let middle = values.len() / 2;

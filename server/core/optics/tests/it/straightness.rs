@@ -1,7 +1,5 @@
 //! Effect of a stage's straightness deviations on a length along its travel.
 
-#![allow(clippy::unwrap_used)]
-
 use nalgebra::{DMatrix, Vector3};
 use optics::calibration::STAGE_PARAMETERS;
 use optics::stage::{MAX_STRAIGHTNESS_NODES, Straightness};

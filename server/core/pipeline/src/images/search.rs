@@ -137,11 +137,7 @@ impl LineSearch {
 
 /// Whether a line runs along rows (columns) rather than across them at the point.
 pub(crate) fn runs_along(point: &CentrelinePoint, direction: LineDirection) -> bool {
-    let [across_columns, across_rows] = point.normal.map(f64::abs);
-    match direction {
-        LineDirection::Rows => across_rows >= across_columns,
-        LineDirection::Columns => across_columns > across_rows,
-    }
+    point.direction() == direction
 }
 
 /// Keeps some points; a piece of a line ends where a point is dropped.

@@ -4,6 +4,7 @@
 use std::fmt;
 use std::ops::Range;
 
+use statistics::median;
 use vision::{Centrelines, GreyImage, LineDirection};
 
 use crate::images::search::Region;
@@ -124,7 +125,7 @@ pub(crate) fn strong_light(
     let mut points: Vec<Vec<f64>> = vec![Vec::new(); image.width().div_ceil(STRIP_PX)];
     let mut heights: Vec<f32> = Vec::new();
     for point in lines.segments.iter().flat_map(|segment| &segment.points) {
-        let (along, across) = if is_turned { (point.v_px, point.u_px) } else { (point.u_px, point.v_px) };
+        let (along, across) = point.along_across(direction);
         if let Some(strip) = points.get_mut(along.max(0.0) as usize / STRIP_PX) {
             strip.push(across);
         }
@@ -177,17 +178,15 @@ pub(crate) fn strong_light(
 
 fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
     let mut widths: Vec<usize> = chain.iter().map(|piece| piece.width_px).collect();
-    widths.sort_unstable();
     let mut distances: Vec<usize> =
         chain.iter().filter_map(|piece| piece.tops).map(|[a, b]| a.abs_diff(b)).collect();
-    distances.sort_unstable();
-    let distance_px = distances.get(distances.len() / 2).copied().unwrap_or(0);
+    let distance_px = median(&mut distances).unwrap_or_default();
     let is_alike = |one: &&usize| one.abs_diff(distance_px) as f32 <= MAX_DISTANCE_CHANGE * distance_px as f32;
     let is_pair = distances.iter().filter(is_alike).count() * 2 > chain.len();
     let middles = chain.iter().map(|piece| piece.middle);
     StrongLight {
         direction,
-        width_px: widths[widths.len() / 2],
+        width_px: median(&mut widths).unwrap_or_default(),
         along_px: [chain[0].strip * STRIP_PX, (chain[chain.len() - 1].strip + 1) * STRIP_PX - 1],
         across_px: [middles.clone().min().unwrap_or(0), middles.max().unwrap_or(0)],
         height: chain.iter().map(|piece| piece.height).sum::<f32>() / chain.len() as f32,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Vector2, Vector3};
 use optics::stage::{FrameUncertainty, StageUncertainty};
 use optics::{Calibration, Motion, Stage, StageAxis};
+use statistics::median;
 use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
@@ -217,11 +218,7 @@ fn kept(profile: &Profile, decision: &Decision, labels: &Labels) -> Vec<ProfileP
 
 /// Whether the line runs along its direction in the image at a point.
 fn runs_along(point: &ProfilePoint, direction: LineDirection) -> bool {
-    let across = match direction {
-        LineDirection::Rows => point.centreline.normal[1],
-        LineDirection::Columns => point.centreline.normal[0],
-    };
-    across.abs() >= MIN_THICKNESS_COSINE
+    point.centreline.normal_across(direction).abs() >= MIN_THICKNESS_COSINE
 }
 
 /// Thickness of the light sheet at a point, one σ along its normal, where the surface is perpendicular to the view.
@@ -234,12 +231,12 @@ fn thickness_mm(point: &ProfilePoint, calibration: &Calibration) -> Option<f64> 
 }
 
 fn comments(calibration: &Calibration, mut correlations_px: Vec<f64>, line_sigma_mm: f64) -> Vec<String> {
-    correlations_px.sort_by(f64::total_cmp);
+    let correlation_px = median(&mut correlations_px).unwrap_or_default();
     vec![
         format!("calibration {}", calibration.id),
         "units mm".into(),
         "frame part".into(),
-        format!("noise_correlation_px {}", correlations_px[correlations_px.len() / 2]),
+        format!("noise_correlation_px {}", correlation_px),
         format!("line_sigma_mm {line_sigma_mm:.4}"),
     ]
 }

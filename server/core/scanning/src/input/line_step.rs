@@ -25,9 +25,5 @@ pub fn in_focus_width_px(lines: &Centrelines) -> f64 {
 /// Largest step to the next scan column (row) within one line, px: half the extent of the line in its column
 /// (row), which increases with its slope. `width_px`: full width of lines at half their height.
 pub fn largest_step_px(point: &CentrelinePoint, width_px: f64, direction: LineDirection) -> f64 {
-    let across = match direction {
-        LineDirection::Rows => point.normal[1],
-        LineDirection::Columns => point.normal[0],
-    };
-    KINK_STEP_WIDTHS * width_px / across.abs().max(MIN_NORMAL_ACROSS)
+    KINK_STEP_WIDTHS * width_px / point.normal_across(direction).abs().max(MIN_NORMAL_ACROSS)
 }

@@ -83,6 +83,20 @@ impl CentrelinePoint {
             LineDirection::Columns => (self.v_px, self.u_px),
         }
     }
+
+    /// Component of the normal across lines of this direction: the cosine of their angle to it, with a sign.
+    pub fn normal_across(&self, direction: LineDirection) -> f64 {
+        match direction {
+            LineDirection::Rows => self.normal[1],
+            LineDirection::Columns => self.normal[0],
+        }
+    }
+
+    /// The direction that the line is closer to at this point.
+    pub fn direction(&self) -> LineDirection {
+        let [across_columns, across_rows] = self.normal.map(f64::abs);
+        if across_rows >= across_columns { LineDirection::Rows } else { LineDirection::Columns }
+    }
 }
 
 /// A connected piece of one line: points ordered along the line (by column for [`LineDirection::Rows`],

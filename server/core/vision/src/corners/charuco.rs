@@ -9,6 +9,7 @@ use calib_targets::aruco::resolve_dictionary;
 use calib_targets::charuco::{CharucoBoardSpec, CharucoDetector, CharucoParams as DetectorParams};
 use calib_targets::core::GrayImageView;
 use remedy::Remedy;
+use statistics::median;
 
 use crate::GreyImage;
 
@@ -142,9 +143,7 @@ pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> 
         (pixel[0] - smooth[0]).hypot(pixel[1] - smooth[1])
     };
     let misses: Vec<f64> = pairs.iter().map(miss).collect();
-    let mut sorted = misses.clone();
-    sorted.sort_by(f64::total_cmp);
-    let limit_px = CHARUCO_MAX_MISS_MEDIANS * sorted[sorted.len() / 2];
+    let limit_px = CHARUCO_MAX_MISS_MEDIANS * median(&mut misses.clone()).unwrap_or_default();
     misses.into_iter().map(|miss_px| miss_px <= limit_px).collect()
 }
 

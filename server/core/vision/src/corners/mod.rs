@@ -22,6 +22,8 @@ mod params;
 #[cfg(test)]
 mod tests;
 
+use statistics::median;
+
 use crate::GreyImage;
 
 use finding::detect::search_seeds;
@@ -211,8 +213,7 @@ fn refined(
 /// board.
 fn usable(indices: &[[usize; 2]], fits: &[fitting::fit::CornerFit]) -> Vec<bool> {
     let mut sigmas: Vec<f64> = fits.iter().map(|fit| fit.sigma_px).collect();
-    sigmas.sort_by(f64::total_cmp);
-    let limit_px = PART_MAX_SIGMA_MEDIANS * sigmas[sigmas.len() / 2];
+    let limit_px = PART_MAX_SIGMA_MEDIANS * median(&mut sigmas).unwrap_or_default();
     let agreeing = charuco::agreeing(indices, fits);
     agreeing.into_iter().zip(fits).map(|(agrees, fit)| agrees && fit.sigma_px <= limit_px).collect()
 }

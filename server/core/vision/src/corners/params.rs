@@ -1,5 +1,7 @@
 //! Constants of the corner search, each with its unit and reason.
 
+use least_squares::Damping;
+
 /// Half-side of the refinement window as a fraction of the neighbour distance: windows of neighbours meet and share no
 /// pixel, so that their errors are independent.
 pub(super) const WINDOW_SQUARES: f64 = 0.5;
@@ -39,6 +41,12 @@ pub(super) const BLUR_START_PX: f64 = 1.5;
 
 /// Admitted blur (sigma): below, the pixel itself is wider (√(1/12) = 0.29); above, no edge is left.
 pub(super) const BLUR_RANGE_PX: (f64, f64) = (0.25, 8.0);
+
+/// Damping of a fit, relative to the diagonal of its normal equations. It starts weak, since starts are usable; below the
+/// minimum it has no effect, above the maximum a step moves nothing.
+pub(super) fn first_damping() -> Damping {
+    Damping::new(1e-3, 1e-9, 1e6)
+}
 
 /// Iterations of one corner fit; from a usable start fewer than ten are needed.
 pub(super) const MAX_ITERATIONS: usize = 30;

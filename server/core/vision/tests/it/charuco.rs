@@ -3,8 +3,6 @@
 //!
 //! Not covered: lens distortion and print; the drawing has straight edges.
 
-#![allow(clippy::unwrap_used)]
-
 use nalgebra::{Matrix3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;

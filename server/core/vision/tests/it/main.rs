@@ -1,8 +1,9 @@
-//! Centrelines and circle grids of rendered images with known truth.
+//! Centrelines and boards of rendered images with known truth.
 
 #![allow(clippy::unwrap_used)]
 
 mod centreline_rig;
+mod charuco;
 mod circles;
 mod corners_rig;
 mod line_widths;

@@ -95,8 +95,7 @@ fn covered(board: &BoardCorners, width_px: usize, height_px: usize) -> Vec<u32> 
 
 fn median_sigma_px(board: &BoardCorners) -> f64 {
     let mut sigmas: Vec<f64> = board.corners.iter().map(|corner| corner.sigma_px).collect();
-    sigmas.sort_by(f64::total_cmp);
-    sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN)
+    statistics::median(&mut sigmas).unwrap_or(f64::NAN)
 }
 
 fn saturated_fraction(image: &GreyImage) -> f64 {

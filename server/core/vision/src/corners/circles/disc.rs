@@ -10,7 +10,7 @@ use crate::GreyImage;
 
 use super::super::params::{
     DISC_BAND_PX, DISC_GAP_FRACTION, DISC_MAX_ITERATIONS, DISC_MAX_RESIDUAL_RATIO, DISC_MAX_SHIFT_PX,
-    STEP_TOLERANCE_PX, TUKEY_SIGMAS,
+    STEP_TOLERANCE_PX, TUKEY_SIGMAS, first_damping,
 };
 use super::blobs::Blob;
 
@@ -128,34 +128,35 @@ struct Sums {
 
 fn solve(samples: &[Sample], start: Params, unit_px: f64) -> Option<Fit> {
     let mut state = start;
-    let mut damping = 1e-3;
+    let mut damping = first_damping();
     // Least squares first; then residuals beyond the limit get weight zero.
     let mut limit = f64::INFINITY;
     let mut sums = sums(samples, &state, unit_px, limit);
     for iteration in 0..DISC_MAX_ITERATIONS {
         let mut damped = sums.normal;
         for k in 0..N {
-            damped[(k, k)] *= 1.0 + damping;
+            damped[(k, k)] *= 1.0 + damping.value();
         }
         let step = damped.cholesky()?.solve(&sums.gradient);
         let mut candidate = state + step;
         candidate[5] = candidate[5].clamp(0.5 * state[5], 2.0 * state[5]).clamp(0.25, 10.0);
         let next = self::sums(samples, &candidate, unit_px, limit);
         let short = step[0].hypot(step[1]) < STEP_TOLERANCE_PX;
-        if next.cost <= sums.cost {
+        let is_in_range = if next.cost <= sums.cost {
             (state, sums) = (candidate, next);
-            damping = (damping * 0.1).max(1e-9);
+            damping.decrease();
+            true
         } else {
-            damping *= 10.0;
-        }
-        if short || damping > 1e6 {
+            damping.increase()
+        };
+        if short || !is_in_range {
             if limit.is_finite() {
                 break;
             }
             let degrees = (samples.len() - N) as f64;
             limit = TUKEY_SIGMAS * (sums.squares[1] / degrees).sqrt().max(0.3);
             sums = self::sums(samples, &state, unit_px, limit);
-            damping = 1e-3;
+            damping = first_damping();
         }
         if iteration + 1 == DISC_MAX_ITERATIONS {
             return None;

@@ -32,12 +32,11 @@ pub(super) fn find_grid(blobs: &[Blob], params: &CircleParams) -> Result<Vec<Blo
 
 /// Seed blobs, ordered from the middle of all blobs outwards: central ones have neighbours on every side.
 fn seeds(blobs: &[Blob]) -> Vec<usize> {
-    let mean = |k: usize| {
+    let median = |k: usize| {
         let mut values: Vec<f64> = blobs.iter().map(|blob| blob.centre_px[k]).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
+        statistics::median(&mut values).unwrap_or_default()
     };
-    let middle = Blob { centre_px: [mean(0), mean(1)], spread_px2: [0.0; 3] };
+    let middle = Blob { centre_px: [median(0), median(1)], spread_px2: [0.0; 3] };
     let mut order: Vec<usize> = (0..blobs.len()).collect();
     order.sort_by(|&a, &b| blobs[a].distance_px(&middle).total_cmp(&blobs[b].distance_px(&middle)));
     order.truncate(GRID_SEEDS);

@@ -10,6 +10,7 @@ use super::model::CrossShape;
 use super::sums::{BLOCK, CornerState, LEVELS, Sums, accumulate, accumulate_levels, expected_levels};
 use crate::corners::params::{
     BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, MAX_STRETCH, SAME_SLOPES_STEP_PX, STEP_TOLERANCE_PX,
+    first_damping,
 };
 
 /// u, v, two normals, blur, then the six linear grey-level parameters.
@@ -110,13 +111,13 @@ pub fn start_at(window: &Window, start_px: [f64; 2], shape: CrossShape) -> Optio
 /// Without a noise model the fit is exploratory: plain least squares, ended early.
 pub fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel>) -> Option<CornerFit> {
     let mut state = start;
-    let mut damping = 1e-3;
+    let mut damping = first_damping();
     let mut sums = accumulate(window, &state, noise, None);
     let tolerance_px = if noise.is_some() { STEP_TOLERANCE_PX } else { FIRST_STEP_TOLERANCE_PX };
     for _ in 0..MAX_ITERATIONS {
         let mut damped = normal_matrix(&sums);
         for k in 0..N {
-            damped[(k, k)] *= 1.0 + damping;
+            damped[(k, k)] *= 1.0 + damping.value();
         }
         let step = damped.cholesky()?.solve(&Step::from(sums.gradient)) * stretch(&sums);
         let candidate = moved(&state, &step);
@@ -129,11 +130,8 @@ pub fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel
         let candidate_sums = accumulate(window, &candidate, noise, short.then_some(&sums.normal));
         if candidate_sums.cost <= sums.cost {
             (state, sums) = (candidate, candidate_sums);
-            damping = (damping * 0.1).max(1e-9);
-        } else {
-            damping *= 10.0;
-        }
-        if damping > 1e6 {
+            damping.decrease();
+        } else if !damping.increase() {
             break;
         }
     }

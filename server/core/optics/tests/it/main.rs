@@ -1,0 +1,5 @@
+//! Stages with deviations, by the public interface.
+
+#![allow(clippy::unwrap_used)]
+
+mod straightness;
