@@ -76,6 +76,11 @@ pub fn without_feature(feature: &str, library: &str) {
     not_run(&format!("built without the feature {feature}, which needs {library}"));
 }
 
+/// Records that the calling test is not run because no disk of its own can be mounted.
+pub fn without_small_disk() {
+    not_run("this system lets nobody mount a disk (unshare --user --mount)");
+}
+
 /// Records the calling test as not run. The test is identified by the name of its thread, so this must be called on it.
 fn not_run(reason: &str) {
     let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();

@@ -65,7 +65,8 @@ impl Server {
         Self::start_by(Command::new(SHEAF), data, arguments, environment)
     }
 
-    /// Starts with the data folder on a disk of `size_mib`; `None` without permission to create one.
+    /// Starts with the data folder on a disk of `size_mib`. `None` without permission to create one: the calling test is
+    /// then recorded as not run and must return.
     #[track_caller]
     pub fn start_on_small_disk(data: &Path, size_mib: u32) -> Option<Self> {
         let alone = |command: &mut Command| {
@@ -77,6 +78,7 @@ impl Server {
         alone(&mut trial);
         let trial = trial.arg(&mount).arg(data).stderr(Stdio::null()).status();
         if !trial.is_ok_and(|status| status.success()) {
+            reference::without_small_disk();
             return None;
         }
         let mut command = Command::new("unshare");
