@@ -4030,7 +4030,7 @@ export interface components {
             kind: "simulation.fault_enabled";
         } | {
             /** @description A simulated fault was deactivated. */
-            body: components["schemas"]["EmptyBody"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "simulation.fault_disabled";
         };
@@ -8080,7 +8080,7 @@ export interface components {
             radius_mm: number;
         };
         /** @description A fault of the simulated station. */
-        SimulatedFault: {
+        SimulatedFault: components["schemas"]["Initiator"] & {
             /**
              * Format: double
              * @description Magnitude, if the fault has one.

@@ -2,7 +2,7 @@
 
 use crate::events::Initiator;
 
-/// The caller of a use case. Every use case that changes something takes one, and the event log names it.
+/// The caller of a use case. Every use case whose change is stored takes one, and the event log names it.
 ///
 /// There is one kind so far, `local`: anyone who can reach the service may use it, and their name is not verified. Users
 /// with individual rights would be another kind.

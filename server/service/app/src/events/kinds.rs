@@ -193,7 +193,7 @@ pub enum Event {
     SimulationFaultOn(SimulatedFault),
     /// A simulated fault was deactivated.
     #[serde(rename = "simulation.fault_disabled")]
-    SimulationFaultOff(EmptyBody),
+    SimulationFaultOff(Initiator),
 }
 
 /// An empty body.

@@ -105,6 +105,9 @@ pub struct FeatureSet {
 /// A fault of the simulated station.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SimulatedFault {
+    /// Who initiated it.
+    #[serde(flatten)]
+    pub initiator: Initiator,
     /// Magnitude, if the fault has one.
     pub value: Option<f64>,
 }

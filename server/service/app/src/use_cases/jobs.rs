@@ -11,6 +11,13 @@ use crate::jobs::{JobInput, JobView};
 
 /// Accepts a job durably, together with what `and` returns or not at all.
 ///
+/// Whether a job, such as a scan, may start is decided in this order:
+/// 1. here, by [`admit`]: the caller may use the station, which is neither stopped nor faulty (the table
+///    [`rule`](crate::control::rule));
+/// 2. before it is stored ([`Jobs::submit_with`](crate::jobs::Jobs::submit_with)): what it asks for is possible
+///    (`jobs/check.rs`, for a scan with its plan), and queue and disk have room;
+/// 3. when its turn has come: whoever is in control now is who it was accepted for, and there was no Stop since.
+///
 /// # Errors
 /// The caller may not use the station, the input is invalid, or queue or disk are full.
 pub async fn start_job(

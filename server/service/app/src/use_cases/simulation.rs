@@ -1,6 +1,6 @@
 //! Control of the simulated station: what is on the stage and which faults are active. Simulated stations only.
 //!
-//! These actions need no control lease: at a real station, placing a part needs none either.
+//! These actions need no control lease: at a real station, placing a part needs none either, and nothing records it.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use twin::{SceneKind, TwinControl, TwinFault, read_stl};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::events::{EmptyBody, Event, SimulatedFault, event};
+use crate::events::{Event, SimulatedFault, event};
 use crate::sessions::VirtualBoard;
 
 /// The control of the simulated station.
@@ -42,7 +42,7 @@ pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
 ///
 /// # Errors
 /// If the station is not simulated, or there is no such pose.
-pub fn place_board(app: &App, _by: &Principal, place: VirtualBoard) -> Result<(), AppError> {
+pub fn place_board(app: &App, place: VirtualBoard) -> Result<(), AppError> {
     app.sessions.place_virtual_board(place)
 }
 
@@ -50,7 +50,7 @@ pub fn place_board(app: &App, _by: &Principal, place: VirtualBoard) -> Result<()
 ///
 /// # Errors
 /// If the station is not simulated, or a job uses it.
-pub fn place_scene(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
+pub fn place_scene(app: &App, part: &SceneKind) -> Result<(), AppError> {
     idle_simulation(app)?.place_part(part);
     Ok(())
 }
@@ -59,7 +59,7 @@ pub fn place_scene(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), A
 ///
 /// # Errors
 /// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
-pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
+pub async fn place_part(app: &App, stl: Vec<u8>) -> Result<(), AppError> {
     let twin = idle_simulation(app)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
@@ -74,11 +74,11 @@ pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), 
 ///
 /// # Errors
 /// If the station is not simulated, or the fault or value is unknown.
-pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
+pub async fn enable_fault(app: &App, by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
     let twin = simulation(app)?;
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
     twin.set_fault(fault);
-    let body = SimulatedFault { value: fault.value() };
+    let body = SimulatedFault { initiator: by.initiator(), value: fault.value() };
     app.catalogue.commit(vec![event(fault.name(), Event::SimulationFaultOn(body))]).await?;
     Ok(())
 }
@@ -87,11 +87,11 @@ pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<
 ///
 /// # Errors
 /// If the station is not simulated, or the fault is not active.
-pub async fn disable_fault(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
+pub async fn disable_fault(app: &App, by: &Principal, name: &str) -> Result<(), AppError> {
     if !simulation(app)?.clear_fault(name) {
         return Err(AppError::new(ErrorKind::NotFound, format!("fault \"{name}\" is not active"))
             .remedy("GET /api/v1/simulation/faults lists the active ones"));
     }
-    app.catalogue.commit(vec![event(name, Event::SimulationFaultOff(EmptyBody {}))]).await?;
+    app.catalogue.commit(vec![event(name, Event::SimulationFaultOff(by.initiator()))]).await?;
     Ok(())
 }

@@ -21,7 +21,7 @@ pub const STEP_MIN: f64 = 0.001;
 /// recorded positions is not round.
 pub const RESOLUTION_RATIO: f64 = 0.999;
 
-/// Maximum number of points of a planned scan. Computing the cloud takes 61 bytes per point: 0.6 GB.
+/// Maximum number of points of a planned scan. Computing the cloud takes 63.5 bytes per point: 0.6 GB.
 pub const POINTS_LIMIT: u64 = 10_000_000;
 
 /// Standard deviation of a centreline point, px, for predicting σ: the median on matt grey paint at a good exposure

@@ -46,8 +46,7 @@ impl Script {
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
-        let changes =
-            vec![event(&id, Event::SimulationFaultOff(EmptyBody {})), Change::InsertCapture(capture(&id))];
+        let changes = vec![event(&id, Event::DoorRecovered(EmptyBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
         let done = Done { result, message: "made".to_owned(), changes, finished_work: None };
         if name == "half" { Err(JobEnd::CancelledAfter(Box::new(done))) } else { Ok(done) }

@@ -292,11 +292,7 @@ async fn solve_session(
     put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
     responses((status = 204, description = "Placed"))
 )]
-async fn place_board(
-    State(app): State<App>,
-    By(by): By,
-    body: ApiJson<VirtualBoardDto>,
-) -> Result<StatusCode, Problem> {
-    use_cases::place_board(&app, &by, body.value.into())?;
+async fn place_board(State(app): State<App>, body: ApiJson<VirtualBoardDto>) -> Result<StatusCode, Problem> {
+    use_cases::place_board(&app, body.value.into())?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -47,12 +47,8 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
     responses((status = 200, body = SceneDto))
 )]
-async fn place_scene(
-    State(app): State<App>,
-    By(by): By,
-    body: ApiJson<PlaceSceneDto>,
-) -> Result<Json<SceneDto>, Problem> {
-    use_cases::place_scene(&app, &by, &scene_kind(body.value.scene, &app.config))?;
+async fn place_scene(State(app): State<App>, body: ApiJson<PlaceSceneDto>) -> Result<Json<SceneDto>, Problem> {
+    use_cases::place_scene(&app, &scene_kind(body.value.scene, &app.config))?;
     get_scene(State(app)).await
 }
 
@@ -62,12 +58,7 @@ async fn place_scene(
     request_body(content = Vec<u8>, content_type = "model/stl"),
     responses((status = 200, body = SceneDto))
 )]
-async fn place_part(
-    State(app): State<App>,
-    By(by): By,
-    headers: HeaderMap,
-    body: Body,
-) -> Result<Json<SceneDto>, Problem> {
+async fn place_part(State(app): State<App>, headers: HeaderMap, body: Body) -> Result<Json<SceneDto>, Problem> {
     // Checked before a long body is read.
     use_cases::idle_simulation(&app)?;
     if media_type(&headers).as_deref() != Some("model/stl") {
@@ -75,7 +66,7 @@ async fn place_part(
             .remedy("send Content-Type: model/stl"));
     }
     let bytes = whole_body(body, MODEL_BODY_LIMIT_BYTES, MODEL_BODY_TIMEOUT).await?;
-    use_cases::place_part(&app, &by, bytes).await?;
+    use_cases::place_part(&app, bytes).await?;
     get_scene(State(app)).await
 }
 
