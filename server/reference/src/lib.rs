@@ -66,7 +66,7 @@ pub fn has_program(program: &str, package: &str) -> bool {
 pub fn named_program(variable: &str) -> Option<PathBuf> {
     let program = std::env::var_os(variable).map(PathBuf::from);
     if program.is_none() {
-        not_run(&format!("{variable} names no program; server/docs/devices/grbl.md tells how to build one"));
+        not_run(&format!("{variable} names no program; server/docs/devices/grbl.md describes how to build one"));
     }
     program
 }

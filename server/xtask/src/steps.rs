@@ -45,7 +45,7 @@ pub fn test_in_browser() -> Outcome {
 /// Builds the debug program with the libraries that the tests are linked with, and returns its path.
 ///
 /// Cargo chooses the features of all libraries by the requested packages and kinds of targets. With `--workspace` and
-/// `--examples`, of which there are none, they are those of `cargo test --workspace`, so nothing is compiled twice.
+/// `--examples` they are those of `cargo test --workspace`, so nothing is compiled twice.
 fn build_program() -> Outcome<PathBuf> {
     let mut build = linted(&["build", "--quiet", "--workspace", "--bin", "sheaf", "--examples"]);
     run("program", build.args(if has_aravis() { GENICAM } else { &[] }))?;

@@ -66,7 +66,7 @@ fn issuer(args: &CalibrateArgs) -> Result<Issuer, Failure> {
     Ok(issuer)
 }
 
-/// The certificate, calibrated and issued today (UTC): the images do not tell when and by which devices they were
+/// The certificate, calibrated and issued today (UTC): images do not record when and by which devices they were
 /// captured.
 fn certificate(document: &CalibrationDocument, issuer: Issuer) -> Result<String, Failure> {
     let today = OffsetDateTime::now_utc().date();

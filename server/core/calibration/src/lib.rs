@@ -1,7 +1,8 @@
 //! Calibration of a station from board corners and centrelines: camera, light sheets and stage, with covariance.
 //!
 //! Residuals are pixels, weighted by the observations' own standard deviations; the mathematics is in
-//! `server/docs/maths/calibration.md`.
+//! `server/docs/maths/calibration.md`. Images, files and devices do not belong here: input are the positions found in
+//! images.
 
 pub mod difference;
 pub mod document;

@@ -1,13 +1,9 @@
 //! Capability of measuring systems and of processes, calculated from lists of measured values.
 //!
-//! - [`type_1`]: type-1 study of a measuring system, repeated measurements of one reference part: Cg, Cgk, bias.
-//! - [`gauge_rr`]: gauge R&R study of parts × operators × trials, by analysis of variance or by averages and ranges.
-//! - [`spc`]: Shewhart control charts, run rules, capability indices of a process, test of normality.
-//!
-//! Equations and sources: `server/docs/maths/capability.md`; numbers in brackets in the comments are its equations.
-//! Values, tolerances and limits of one call share one unit, which is also the unit of standard deviations; indices,
-//! percentages and p-values have none. A measured value is an `Option<f64>`: `None`, and also a number that is not
-//! finite, is a missing measurement. Missing measurements are counted, never dropped silently.
+//! Type-1 studies ([`type_1`]), gauge R&R ([`gauge_rr`]), control charts and capability indices ([`spc`]); equations and
+//! sources: `server/docs/maths/capability.md`. Values, tolerances and limits of one call share one unit. A value that is
+//! `None` or not finite is a missing measurement, and is counted. Parts, inspections and where values come from do not
+//! belong here.
 
 pub mod control_constants;
 mod distributions;

@@ -1,7 +1,7 @@
 //! The capture folder `sheaf-capture/1`: the output of a camera and a stage, as files.
 //!
 //! Reading validates the whole manifest and names the entry that is wrong; the twin and the recorder write the same
-//! format.
+//! format. What the images show, and recordings, do not belong here.
 
 pub mod channel;
 pub mod error;

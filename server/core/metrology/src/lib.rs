@@ -2,7 +2,8 @@
 //!
 //! [`measure`] finds the features a [`Tool`] needs in a cloud that contains both table and object, fits them by
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
-//! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
+//! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame. Images, calibrations and recipes
+//! do not belong here.
 
 pub mod acceptance;
 mod cad;

@@ -1,7 +1,7 @@
 //! Geometry of the light from the laser through the grating to the part and the camera.
 //!
 //! Units: millimetres, pixels, radians. Pixel (0, 0) is the centre of the top-left pixel. Camera frame: x right, y
-//! down, z forward. Mathematics: `server/docs/maths/`.
+//! down, z forward. Mathematics: `server/docs/maths/`. Images, fits and files do not belong here.
 
 pub mod calibration;
 pub mod camera;

@@ -1,4 +1,7 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
+//!
+//! Also what a scan reveals about its station: contradictions between orders, lost steps, drift. Finding lines in images,
+//! calibration and fits to parts do not belong here.
 
 mod axis;
 mod checks;

@@ -1,6 +1,6 @@
 //! Statistics of samples.
 //!
-//! The single definition of the median for all crates, so that results for the same data agree everywhere. Fitting,
+//! The definition of the median for all crates, so that results for the same data agree everywhere. Fitting,
 //! weighting and outlier rejection belong to the callers.
 
 use std::cmp::Ordering;

@@ -1,5 +1,5 @@
 //! Reads STL files, binary and text, as triangles: three corners each, in the unit of the file (by convention mm).
-//! Normals are computed from the corners, not read.
+//! Normals are computed from the corners, not read. Writing files and other formats of meshes do not belong here.
 
 use std::borrow::Cow;
 

@@ -8,6 +8,8 @@
 //! - A position or a stream that is not reliable is reported as unknown; after a fault the device is ready
 //!   again, never active.
 //! - A laser is leased: it goes off unless the lease is renewed.
+//!
+//! Which devices a station has, and what it does with them, do not belong here.
 
 #[cfg(test)]
 mod campaign;

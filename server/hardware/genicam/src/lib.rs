@@ -2,7 +2,8 @@
 //!
 //! [`GenicamDriver`] is the entry of the driver table; it discovers cameras and opens one by its serial number.
 //! Everything that communicates with a camera uses the C library aravis and is compiled with the feature `aravis`;
-//! computations (pixels, clocks, counts) are plain Rust and always available. Only `aravis/` contains unsafe code.
+//! computations (pixels, clocks, counts) are plain Rust and always available. Only `aravis/` contains unsafe code. Other
+//! interfaces of cameras do not belong here.
 
 pub mod driver;
 pub mod settings;

@@ -3,7 +3,7 @@
 //! The rest of the service uses a [`StationHandle`]. A job takes a [`StationLease`] and drives the station through
 //! blocking calls. Single commands of a person go through [`StationHandle::manual`] and are refused while a job has the
 //! station. [`StationHandle::stop`] is always accepted.
-
+//!
 //! This crate contains the station thread, its state machine, faults, Stop, the light and motion leases, and the frame
 //! buffers. It contains no jobs, no HTTP, no async beyond channels, and no configuration files.
 

@@ -3,7 +3,7 @@
 //!
 //! Everything derives from a [`StationModel`], which is determined by a seed and a [`StationShape`]. The same model
 //! gives the same bytes on any machine and with any number of threads. What the images include and omit:
-//! `server/docs/maths/twin.md`.
+//! `server/docs/maths/twin.md`. Finding lines, calibrating and measuring do not belong here.
 
 mod model;
 mod part;

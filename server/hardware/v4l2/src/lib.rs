@@ -2,7 +2,8 @@
 //!
 //! [`V4l2Driver`] is the row of the driver table; it finds cameras and opens one by its device file. The kernel
 //! interface is the trait [`VideoDevice`], implemented by the kernel in `kernel/`, which contains all unsafe code and
-//! is compiled with the feature `kernel`, or by a scripted device in tests.
+//! is compiled with the feature `kernel`, or by a scripted device in tests. Other interfaces of cameras do not belong
+//! here.
 
 pub mod camera;
 pub mod device;

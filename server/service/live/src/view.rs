@@ -54,12 +54,12 @@ async fn look(
         }
         pace.pass(Instant::now());
         let calibration = calibration.borrow().clone();
-        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut extractor)));
+        bus.show(Arc::new(process_frame(frame, calibration.as_deref(), &params, &mut extractor)));
     }
 }
 
 /// Finds the lines of a frame and, with a calibration, its profile. Without laser light there are no lines.
-pub fn seen_through(
+pub fn process_frame(
     frame: SharedFrame,
     triangulator: Option<&Triangulator>,
     params: &CentrelineParams,

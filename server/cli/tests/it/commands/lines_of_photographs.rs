@@ -1,7 +1,7 @@
 //! `sheaf centrelines` and `sheaf corners` in practice: many images at once, pairs, mistakes. Findings are reported as text
 //! and as JSON.
 //!
-//! Not shown here: how well lines are found; see `vision`, `twin/tests/colour.rs` and `photographs.rs`.
+//! Not shown here: how well lines are found; see `vision`, `twin/tests/it/colour` and `photographs.rs`.
 
 use std::path::Path;
 

@@ -69,6 +69,8 @@ fn a_turntable_is_measured_accurately_and_its_tutorial_works_from_photographs() 
     let (measured, _) = sheaf_json(&["measure", &cloud, "--tool", "cylinder", "-q"]);
     let [value, u] = ["value", "expanded_uncertainty"].map(|key| measured[key].as_f64().unwrap());
     assert!((value - RADIUS_MM).abs() < u && u < 0.2, "{measured:#}");
+    let quoted = format!("cylinder {value:.3} mm, U = {u:.3} mm");
+    assert!(tutorial().contains(&quoted), "the tutorial does not quote `{quoted}`");
     messages_quoted_in_the_tutorial_are_printed(folder.path());
 }
 

@@ -61,9 +61,7 @@ mod tests {
         let body =
             serde_json::json!({ "principal": "local", "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
         assert_eq!(record.body, body);
-        let Change::AppendEvent(gone) = event("7", Event::DoorRecovered(EmptyBody {})) else {
-            panic!("appended")
-        };
+        let Change::AppendEvent(gone) = event("7", Event::DoorRecovered(EmptyBody {})) else { panic!("appended") };
         assert_eq!((gone.kind.as_str(), gone.body), ("door.recovered", serde_json::json!({})));
     }
 }

@@ -120,24 +120,24 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
 }
 
 /// A record referred to by the input must exist; the request itself is valid, hence 422 and not 404.
-fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, AppError> {
+fn exists<T>(found: Result<T, store::StoreError>, pointer: &str) -> Result<T, AppError> {
     match found {
         Ok(found) => Ok(found),
         Err(error @ store::StoreError::NotFound { .. }) => {
-            Err(AppError::new(ErrorKind::Impossible, error.to_string()).remedy("use an existing id").at(place))
+            Err(AppError::new(ErrorKind::Impossible, error.to_string()).remedy("use an existing id").at(pointer))
         }
         Err(error) => Err(error.into()),
     }
 }
 
-fn check_code(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
+fn check_code(known: bool, pointer: &str, found: &str, allowed: &str) -> Result<(), AppError> {
     if known {
         return Ok(());
     }
     let shown: String = found.chars().take(40).collect();
     Err(AppError::new(ErrorKind::Impossible, format!("\"{shown}\" is not allowed here"))
         .remedy(format!("give {allowed}"))
-        .at(place))
+        .at(pointer))
 }
 
 /// Images as files and once more in the archive.

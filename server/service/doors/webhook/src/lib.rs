@@ -3,7 +3,8 @@
 //! Each event is a POST with the message as JSON, signed with a shared secret (`secret`). Where it goes is decided in
 //! two steps: the URL is checked when the door is opened (`url`), and the addresses of its host are checked at every
 //! attempt (`resolver`), so that a name cannot lead to machines of the own network that were not listed. What the
-//! answer means is a table of status classes (`answer`); why a request failed is said in `failure`.
+//! answer means is a table of status classes (`answer`); why a request failed is said in `failure`. When it is tried again is decided in
+//! `app`.
 
 mod address;
 mod answer;

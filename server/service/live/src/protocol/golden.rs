@@ -250,7 +250,7 @@ fn server_texts() -> Value {
     let subscription = |stream, max_rate_hz, scale| Subscription { stream, max_rate_hz, scale, from_block: None };
     let unknown = Misunderstanding {
         code: "unknown-op",
-        detail: "unknown op `shine`; known are subscribe, unsubscribe, ping".into(),
+        detail: "unknown op `dance`; known are subscribe, unsubscribe, ping".into(),
         id: Some(3),
     };
     let texts = [

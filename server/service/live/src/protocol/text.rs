@@ -332,7 +332,7 @@ mod tests {
             ("[1]", "bad-json"),
             ("{\"op\":", "bad-json"),
             ("{}", "unknown-op"),
-            (r#"{"op":"shine"}"#, "unknown-op"),
+            (r#"{"op":"dance"}"#, "unknown-op"),
             (r#"{"op":"ping","id":-1}"#, "bad-message"),
             (r#"{"op":"subscribe"}"#, "bad-message"),
             (r#"{"op":"subscribe","streams":[{"stream":"sound"}]}"#, "bad-message"),
@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn an_error_carries_the_number_of_the_message() {
-        let error = parse(r#"{"op":"shine","id":12}"#).unwrap_err();
+        let error = parse(r#"{"op":"dance","id":12}"#).unwrap_err();
         let text: serde_json::Value = serde_json::from_str(&ServerText::Error(&error).to_json()).unwrap();
         assert_eq!((text["op"].as_str(), text["id"].as_u64()), (Some("error"), Some(12)));
     }

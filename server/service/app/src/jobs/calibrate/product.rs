@@ -37,7 +37,7 @@ pub(super) struct CalibrationImages<'a> {
     pub capture_id: &'a str,
     /// Its name in the report.
     pub name: &'a str,
-    /// The dark frame of each image; `None` if a stored capture is calibrated, whose images do not tell.
+    /// The dark frame of each image; `None` if a stored capture is calibrated, whose images do not record it.
     pub dark_frames: Option<&'a [Option<ImageDarkFrame>]>,
 }
 

@@ -1,4 +1,4 @@
-//! Checks of a scan request; each refusal has its place in the input and a remedy.
+//! Checks of a scan request; each refusal names the field by its JSON pointer, with a remedy.
 
 use devices::Homing;
 use optics::{Calibration, StageKind};

@@ -20,7 +20,7 @@ async fn an_invalid_message_gets_an_error_and_changes_nothing() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     client.subscribe(json!({ "stream": "events" })).await;
-    client.say(json!({ "op": "shine", "id": 7 })).await;
+    client.say(json!({ "op": "dance", "id": 7 })).await;
     let error = client.text_of("error").await;
     assert_eq!((error["code"].as_str(), error["id"].as_u64()), (Some("unknown-op"), Some(7)));
     let streams = json!([{ "stream": "image" }, { "stream": "profile", "max_rate_hz": -1 }]);

@@ -1,5 +1,5 @@
 //! Scans at a small simulated station, with its true parameters as calibration. Tested here: nothing is lost, duplicated
-//! or changed. Not tested: the accuracy of the result (`server/cli/tests/http`).
+//! or changed. Not tested: the accuracy of the result (`server/cli/tests/it/http`).
 
 mod ambient;
 mod belt;
