@@ -72,6 +72,28 @@ fn a_turntable_is_measured_accurately_and_its_tutorial_works_from_photographs() 
     let quoted = format!("cylinder {value:.3} mm, U = {u:.3} mm");
     assert!(tutorial().contains(&quoted), "the tutorial does not quote `{quoted}`");
     messages_quoted_in_the_tutorial_are_printed(folder.path());
+    light_without_points_is_named(folder.path());
+}
+
+/// In two of the frames a lamp lights a strip along the lines, wider than any line.
+fn light_without_points_is_named(folder: &Path) {
+    for frame in ["003", "010"] {
+        let file = folder.join(format!("rig/part/{frame}.png"));
+        let mut image = image::open(&file).unwrap().to_luma8();
+        for (u, _, level) in image.enumerate_pixels_mut() {
+            if (295..385).contains(&u) {
+                level.0 = [200];
+            }
+        }
+        image.save(&file).unwrap();
+    }
+    let [rig, calibration, cloud] = ["rig", "rig.json", "lamp.ply"].map(|name| path(folder, name));
+    let output = sheaf(&["scan", &rig, "-c", &calibration, "--scan", "part", "-o", &cloud]);
+    let said = err(&output);
+    assert!(output.status.success(), "{said}");
+    for words in ["scan part: part/003.png (scans[0].frames[3]", "yields no point", "also in 1 other image"] {
+        assert!(said.contains(words), "no `{words}` in {said}");
+    }
 }
 
 /// Makes every mistake in the table of the tutorial.

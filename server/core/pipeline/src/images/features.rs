@@ -10,7 +10,7 @@ use vision::{BoardCorners, CentrelineExtractor, Centrelines, GreyImage};
 
 use crate::failure::Failure;
 use crate::images::board::{board_geometry, board_remedy, find_board};
-use crate::images::findings::{Finding, scene_change_finding};
+use crate::images::findings::{Finding, Findings, light_findings, scene_change_finding};
 use crate::images::projected::{lines_in, without_lines};
 use crate::progress::{Reporter, Task};
 
@@ -44,17 +44,26 @@ pub fn calibration_features(
     reporter: &dyn Reporter,
 ) -> Result<Features, Failure> {
     let boards = board_images(capture);
-    let lasers = laser_images_of(capture, "poses[");
-    let task = reporter.count("reading boards and laser lines", "images", boards.len() + lasers.len());
+    let laser_images = laser_images_of(capture, "poses[");
+    let task = reporter.count("reading boards and laser lines", "images", boards.len() + laser_images.len());
     let (boards, lasers) = rayon::join(
         || for_all_images(&boards, reporter, &*task, |image| corners_of(capture, image)),
-        || for_all_images(&lasers, reporter, &*task, |image| lines_of_image(capture, image)),
+        || for_all_images(&laser_images, reporter, &*task, |image| lines_of_image(capture, image)),
     );
     drop(task);
     reporter.check_cancelled()?;
     let mut left_out = Vec::new();
     let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
-    let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
+    let lasers: Vec<Option<LaserLines>> = readable(lasers, leave_out_unreadable, &mut left_out)?;
+    let mut findings = Findings::default();
+    let mut keep = |(image, found): (&LaserImage, Option<LaserLines>)| {
+        found.map(|found| {
+            findings.add(image, found.findings);
+            found.lines
+        })
+    };
+    let lasers: Vec<Option<Vec<Centrelines>>> = laser_images.iter().zip(lasers).map(&mut keep).collect();
+    findings.warn("calibration", reporter);
     let manifest = &capture.manifest;
     let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
     let mut poses = Vec::new();
@@ -84,6 +93,29 @@ pub fn calibration_features(
     Ok(Features { input: input(capture, poses, stage_views), left_out })
 }
 
+/// The lines of an image, in the frames that its projector expects, and what else was found in it.
+struct LaserLines {
+    lines: Vec<Centrelines>,
+    findings: Vec<Finding>,
+}
+
+impl LaserLines {
+    fn of(
+        image: &GreyImage,
+        projector: &Projector,
+        line: Option<i8>,
+        extractor: &mut CentrelineExtractor,
+    ) -> Self {
+        let lines = lines_in(image, projector, line, extractor);
+        let findings = match &lines[..] {
+            [only] => light_findings(image, only, only.direction, None).collect(),
+            // Each line of a cross would be light without points along the direction of the other.
+            _ => Vec::new(),
+        };
+        Self { lines, findings }
+    }
+}
+
 /// Passes the centrelines of every frame of a scan to `take` with the index of its image, in the order of the
 /// frames; few frames are in memory at a time. An image of a cross gives two frames, one for each line.
 pub fn scan_centrelines(
@@ -97,28 +129,32 @@ pub fn scan_centrelines(
     let images = laser_images_of(capture, &format!("scans[{scan_idx}]."));
     let task = reporter.count(&format!("reading scan {name}"), "frames", images.len());
     let images: Vec<(usize, LaserImage)> = images.into_iter().enumerate().collect();
+    let mut findings = Findings::default();
     for batch in images.chunks(IMAGES_PER_BATCH) {
-        let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = batch
+        let found: Result<Vec<(usize, LaserLines)>, Failure> = batch
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, (idx, laser)| {
                 reporter.check_cancelled()?;
                 let projector = &capture.manifest.projector;
                 let lines = match laser_light(capture, laser)? {
-                    LaserLight::Image(image) => lines_in(&image, projector, laser.line, extractor),
+                    LaserLight::Image(image) => LaserLines::of(&image, projector, laser.line, extractor),
                     // Edges in the difference would be detected as lines: the frame has no lines, and a warning is
                     // given.
                     LaserLight::Unknown(finding) => {
                         reporter.warn(&format!("{} ({}): {finding}; left out", laser.path.display(), laser.entry));
-                        without_lines(projector, laser.line)
+                        LaserLines { lines: without_lines(projector, laser.line), findings: Vec::new() }
                     }
                 };
                 task.step();
                 Ok((*idx, lines))
             })
             .collect();
-        let frames = found?.into_iter().flat_map(|(idx, lines)| lines.into_iter().map(move |lines| (idx, lines)));
-        frames.into_iter().try_for_each(|(idx, lines)| take(idx, lines))?;
+        for ((_, image), (idx, found)) in batch.iter().zip(found?) {
+            findings.add(image, found.findings);
+            found.lines.into_iter().try_for_each(|lines| take(idx, lines))?;
+        }
     }
+    findings.warn(&format!("scan {name}"), reporter);
     Ok(())
 }
 
@@ -211,7 +247,7 @@ fn corners_of(capture: &Capture, named: &NamedImage) -> Extracted<BoardCorners> 
         .map_err(|error| unreadable(capture, named, &error.to_string(), &board_remedy(&error, target)))
 }
 
-fn lines_of_image(capture: &Capture, laser: &LaserImage) -> Extracted<Vec<Centrelines>> {
+fn lines_of_image(capture: &Capture, laser: &LaserImage) -> Extracted<LaserLines> {
     let named = &NamedImage { entry: laser.entry.clone(), path: &laser.path };
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
@@ -220,14 +256,15 @@ fn lines_of_image(capture: &Capture, laser: &LaserImage) -> Extracted<Vec<Centre
             return Err(unreadable(capture, named, &finding.to_string(), remedy));
         }
     };
-    let lines = lines_in(&image, &capture.manifest.projector, laser.line, &mut CentrelineExtractor::default());
+    let projector = &capture.manifest.projector;
+    let found = LaserLines::of(&image, projector, laser.line, &mut CentrelineExtractor::default());
     // A line that is lit alone need not meet every board.
-    if lines.iter().all(|lines| lines.segments.is_empty()) && laser.line.is_none() {
+    if found.lines.iter().all(|lines| lines.segments.is_empty()) && laser.line.is_none() {
         let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
                       the pose is then used for the camera only";
         return Err(unreadable(capture, named, "no laser line was found", remedy));
     }
-    Ok(lines)
+    Ok(found)
 }
 
 fn unreadable(capture: &Capture, named: &NamedImage, why: &str, remedy: &str) -> Failure {

@@ -1,11 +1,14 @@
 //! Findings about an image besides its lines, formatted for the user.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
+use capture::LaserImage;
 use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, find_centrelines, scene_change};
 
-use crate::images::search::{Directions, LineSearch, runs_along};
+use crate::images::search::{Directions, LineSearch, Region, runs_along};
 use crate::images::strong_light::{StrongLight, strong_light};
+use crate::progress::Reporter;
 
 /// Ratio of the points found by another interpretation of an image to those found as requested from which the
 /// other is reported.
@@ -101,12 +104,49 @@ impl fmt::Display for Finding {
 /// searched for along the first.
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
-    let found = strong_light(image, lines, search.directions.each()[0], search.region);
-    findings.extend(found.into_iter().map(|light| match light.yields_one_line {
+    findings.extend(light_findings(image, lines, search.directions.each()[0], search.region));
+    findings
+}
+
+/// Strong light that yields no point, or one line where there may be two, across `direction`.
+pub(crate) fn light_findings(
+    image: &GreyImage,
+    lines: &Centrelines,
+    direction: LineDirection,
+    region: Option<Region>,
+) -> impl Iterator<Item = Finding> {
+    strong_light(image, lines, direction, region).into_iter().map(|light| match light.yields_one_line {
         true => Finding::LineMayBeTwo(light),
         false => Finding::LightWithoutLine(light),
-    }));
-    findings
+    })
+}
+
+/// Findings about the images of one part of a capture, in the order of the images.
+#[derive(Debug, Default)]
+pub(crate) struct Findings(Vec<(String, Finding)>);
+
+impl Findings {
+    /// Adds those of an image.
+    pub(crate) fn add(&mut self, image: &LaserImage, findings: Vec<Finding>) {
+        let name = format!("{} ({})", image.path.display(), image.entry);
+        self.0.extend(findings.into_iter().map(|finding| (name.clone(), finding)));
+    }
+
+    /// Warns of each kind once, with the number of images and the first of them.
+    pub(crate) fn warn(&self, of: &str, reporter: &dyn Reporter) {
+        let kinds: BTreeSet<&str> = self.0.iter().map(|(_, finding)| finding.kind()).collect();
+        for kind in kinds {
+            let mut alike = self.0.iter().filter(|(_, finding)| finding.kind() == kind);
+            let Some((first, finding)) = alike.next() else { continue };
+            let images: BTreeSet<&String> = alike.map(|(name, _)| name).filter(|name| *name != first).collect();
+            let others = match images.len() {
+                0 => String::new(),
+                1 => "; also in 1 other image".to_owned(),
+                n => format!("; also in {n} other images"),
+            };
+            reporter.warn(&format!("{of}: {first}: {finding}{others}"));
+        }
+    }
 }
 
 fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Option<Finding> {

@@ -1,6 +1,7 @@
 //! Strong light that is not part of a line found (too wide, clipped, two lines, or not a line), and lines that may be
 //! two. Both are reported.
 
+use std::collections::VecDeque;
 use std::fmt;
 use std::ops::Range;
 
@@ -90,7 +91,9 @@ impl fmt::Display for StrongLight {
         } else if self.is_clipped {
             f.write_str("clipped; expose shorter")
         } else {
-            f.write_str("it is not a line; check --direction and --channel, and that no other light is on")
+            f.write_str(
+                "it is not a line; check the line direction and the channel, and that no other light is on",
+            )
         }
     }
 }
@@ -259,11 +262,24 @@ fn touching_line(light: &[f32], peak: usize, width_px: usize) -> Option<usize> {
 /// Morphological opening of the profile: minimum over a window of `width`, then maximum.
 fn opened(profile: &[f32], width: usize) -> Vec<f32> {
     let half = (width / 2).max(1);
-    let over = |values: &[f32], pick: fn(f32, f32) -> f32| -> Vec<f32> {
-        let window = |at: usize| &values[at.saturating_sub(half)..(at + half + 1).min(values.len())];
-        (0..values.len()).map(|at| window(at).iter().copied().reduce(pick).unwrap_or(values[at])).collect()
+    extremes(&extremes(profile, half, |one, other| one <= other), half, |one, other| one >= other)
+}
+
+/// The extreme value of the window of `half` values to either side of each; `exceeds`: whether one value is more extreme
+/// than another. The queue holds the values that may still become extremes, so that the time does not depend on `half`.
+fn extremes(values: &[f32], half: usize, exceeds: impl Fn(f32, f32) -> bool) -> Vec<f32> {
+    let mut queue: VecDeque<usize> = VecDeque::new();
+    let mut n_entered = 0;
+    let extreme = |at: usize| {
+        while n_entered < (at + half + 1).min(values.len()) {
+            while queue.pop_back_if(|last| exceeds(values[n_entered], values[*last])).is_some() {}
+            queue.push_back(n_entered);
+            n_entered += 1;
+        }
+        while queue.pop_front_if(|first| *first + half < at).is_some() {}
+        queue.front().map_or(values[at], |first| values[*first])
     };
-    over(&over(profile, f32::min), f32::max)
+    (0..values.len()).map(extreme).collect()
 }
 
 #[cfg(test)]
@@ -288,6 +304,19 @@ mod tests {
     fn light_in(image: &GreyImage) -> Vec<StrongLight> {
         let lines = find_centrelines(image, &CentrelineParams::default());
         strong_light(image, &lines, LineDirection::Rows, None)
+    }
+
+    #[test]
+    fn extremes_are_those_of_every_window() {
+        let values: Vec<f32> = (0..60).map(|idx| (idx * 7919 % 23) as f32).collect();
+        for half in [1, 4, 100] {
+            let window = |at: usize| &values[at.saturating_sub(half)..(at + half + 1).min(values.len())];
+            let expected = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
+                (0..values.len()).map(|at| window(at).iter().copied().reduce(pick).unwrap()).collect()
+            };
+            assert_eq!(extremes(&values, half, |one, other| one <= other), expected(f32::min));
+            assert_eq!(extremes(&values, half, |one, other| one >= other), expected(f32::max));
+        }
     }
 
     #[test]
