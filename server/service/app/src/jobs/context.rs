@@ -13,7 +13,7 @@ use crate::access::lease::Authority;
 use crate::config::AppConfig;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::JobEnd;
-use crate::jobs::progress::{JobReporter, Phase, ProgressFn, Step};
+use crate::jobs::progress::{JobReporter, Phase, ProgressFn, Step, Warnings};
 use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
 
@@ -36,6 +36,7 @@ pub struct ComputeContext {
     pub captures: Captures,
     pub(super) runtime: tokio::runtime::Handle,
     pub(super) progress: ProgressFn,
+    pub(super) warnings: Warnings,
 }
 
 /// The context of a station job: that of a computation, plus the station.
@@ -69,7 +70,8 @@ impl ComputeContext {
     /// For a procedure that is the job's `phase` and fills `part` of its fraction, such as `0.0..0.6`; it ends when
     /// the job is cancelled.
     pub fn reporter(&self, phase: Phase, part: std::ops::Range<f64>) -> JobReporter {
-        JobReporter { cancel: self.cancel.clone(), progress: self.progress.clone(), phase, part }
+        let (cancel, progress, warnings) = (self.cancel.clone(), self.progress.clone(), self.warnings.clone());
+        JobReporter { cancel, progress, phase, part, warnings }
     }
 
     /// Ends the job if cancellation was requested.

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use parking_lot::Mutex;
 use pipeline::{Reporter, Task};
 use station::cancel::CancelFlag;
 
@@ -11,6 +12,30 @@ use crate::jobs::progress::{Phase, Step};
 
 /// Receives a job's fraction 0–1, its step, and a message.
 pub type ProgressFn = Arc<dyn Fn(f64, Step, &str) + Send + Sync>;
+
+/// Warnings of a job that end its message: more of them are only in the log.
+const MAX_WARNINGS: usize = 5;
+
+/// What a job's procedures warned of, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Warnings(Arc<Mutex<Vec<String>>>);
+
+impl Warnings {
+    fn add(&self, text: &str) {
+        self.0.lock().push(text.to_owned());
+    }
+
+    /// A final message with the warnings after it.
+    pub fn after(&self, message: &str) -> String {
+        let warnings = self.0.lock();
+        let mut parts = vec![message.to_owned()];
+        parts.extend(warnings.iter().take(MAX_WARNINGS).map(|text| format!("Warning: {text}")));
+        if let Some(n_more @ 1..) = warnings.len().checked_sub(MAX_WARNINGS) {
+            parts.push(format!("{n_more} more warnings are in the log"));
+        }
+        parts.join(". ")
+    }
+}
 
 /// The progress sink of a job's procedures.
 pub struct JobReporter {
@@ -22,6 +47,8 @@ pub struct JobReporter {
     pub phase: Phase,
     /// The part of the job's progress that the procedure covers.
     pub part: Range<f64>,
+    /// Receives its warnings.
+    pub warnings: Warnings,
 }
 
 impl JobReporter {
@@ -47,6 +74,7 @@ impl Reporter for JobReporter {
 
     fn warn(&self, text: &str) {
         tracing::warn!("{text}");
+        self.warnings.add(text);
     }
 
     fn is_cancelled(&self) -> bool {
@@ -107,7 +135,9 @@ mod tests {
             sink.lock().push((fraction, step, words.to_owned()));
         });
         let phase = Phase::ReadingImages;
-        let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
+        let warnings = Warnings::default();
+        let reporter =
+            JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9, warnings: warnings.clone() };
         let task = reporter.count("reading", "images", 2);
         task.step();
         task.step();
@@ -118,6 +148,11 @@ mod tests {
         ];
         assert_eq!(*reported.lock(), expected);
         assert!(reporter.check_cancelled().is_ok());
+        assert_eq!(warnings.after("12 points"), "12 points");
+        (0..7).for_each(|n| reporter.warn(&format!("image {n} is dark")));
+        let message = warnings.after("12 points");
+        assert!(message.starts_with("12 points. Warning: image 0 is dark. Warning: image 1"), "{message}");
+        assert!(message.ends_with("image 4 is dark. 2 more warnings are in the log"), "{message}");
         cancel.cancel();
         assert!(reporter.check_cancelled().unwrap_err().is_cancelled());
     }

@@ -5,7 +5,7 @@ mod job;
 mod silent;
 mod step;
 
-pub use job::{JobReporter, ProgressFn};
+pub use job::{JobReporter, ProgressFn, Warnings};
 pub use step::{Phase, Step};
 
 #[cfg(test)]

@@ -11,13 +11,15 @@ use crate::jobs::{Done, Job, JobEnd, StationContext};
 /// Executes jobs on the calling thread.
 pub(in crate::jobs) type Procedure = Arc<dyn Fn(JobInput, &StationContext) -> Result<Done, JobEnd> + Send + Sync>;
 
-/// Runs the job; a panic fails only this job.
+/// Runs the job; a panic fails only this job. What its procedures warned of ends the message.
 pub(in crate::jobs) fn run(
     procedure: &Procedure,
     input: JobInput,
     context: &StationContext,
 ) -> Result<Done, JobEnd> {
-    catch_unwind(AssertUnwindSafe(|| procedure(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
+    let end = catch_unwind(AssertUnwindSafe(|| procedure(input, context)));
+    let done = end.unwrap_or_else(|panic| Err(defect(&*panic)))?;
+    Ok(Done { message: context.warnings.after(&done.message), ..done })
 }
 
 /// The procedure for each kind of job; computations have no access to the station.

@@ -8,6 +8,7 @@ use station::wall_clock::now_ms;
 use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
 
 use crate::error::AppError;
+use crate::jobs::progress::Warnings;
 use crate::jobs::queue::forecast::Forecast;
 use crate::jobs::queue::lane::Running;
 use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
@@ -187,6 +188,7 @@ impl Queue {
             captures: parts.captures,
             runtime: self.runtime.clone(),
             progress: Arc::new(move |fraction, step, message| progress.report(fraction, step, message)),
+            warnings: Warnings::default(),
         };
         StationContext {
             compute,

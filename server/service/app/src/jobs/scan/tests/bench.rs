@@ -162,6 +162,7 @@ impl Bench {
                     wish.cancel();
                 }
             }),
+            warnings: crate::jobs::progress::Warnings::default(),
         };
         let ctx = StationContext {
             compute,
