@@ -6818,7 +6818,7 @@ export interface components {
         };
         /** @description How a part is scanned and measured, and its limits. It contains no calibration: an inspection uses the active one. */
         RecipeDto: {
-            /** @description Passed on unchanged to other systems. */
+            /** @description Passed on with the results, unchanged; attributes of the part with the same names take precedence. */
             attributes?: {
                 [key: string]: string;
             };

@@ -29,6 +29,7 @@ fn gauge(nominal_mm: f64) -> Recipe {
             "characteristics": [{ "id": "height", "measure": { "type": "step", "base": "table", "top": "top" },
                 "nominal_mm": nominal_mm, "lower": -0.5, "upper": 0.5 }],
         },
+        "attributes": { "a": "of the recipe", "customer": "C" },
     });
     serde_json::from_value(recipe).unwrap()
 }
@@ -102,6 +103,7 @@ fn a_part_is_inspected_in_one_job_and_re_evaluated_with_another_version() {
     assert_eq!((scan.state, scan.name.as_str()), (ScanState::Complete, "S1"));
     let stored = body(&first);
     assert_eq!((stored.simulated, stored.attributes["a"].as_str()), (true, "b"));
+    assert_eq!(stored.attributes["customer"], "C");
     assert_eq!(stored.recipe_digest, gauge(8.9).digest());
     let events = bench.runtime.block_on(bench.catalogue.read().events_after(0, 99)).unwrap().records;
     let finished = events.iter().find(|event| event.kind == "inspection.finished").unwrap();

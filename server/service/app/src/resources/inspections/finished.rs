@@ -1,5 +1,7 @@
 //! The record of an inspection, and the event that announces it.
 
+use std::collections::BTreeMap;
+
 use metrology::PlanResult;
 use report::tables::plan_json;
 use serde::{Deserialize, Serialize};
@@ -50,13 +52,18 @@ pub fn new_inspection(
         recipe_number: version.recipe.number,
         calibration_id: scan.calibration_id.clone(),
         simulated,
-        attributes: part.attributes.clone(),
+        attributes: merged(&version.recipe.attributes, &part.attributes),
         outputs: version.recipe.outputs.clone(),
         result: plan_json(result),
         changed: Vec::new(),
         violated_rules: Vec::new(),
     };
     (record, body)
+}
+
+/// The attributes of the recipe, and those of the part, which take precedence.
+fn merged(recipe: &BTreeMap<String, String>, part: &BTreeMap<String, String>) -> BTreeMap<String, String> {
+    recipe.iter().chain(part).map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
 /// The changes that store an inspection with its events.

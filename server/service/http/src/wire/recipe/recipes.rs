@@ -33,7 +33,7 @@ pub struct RecipeDto {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = json!(["mes"]))]
     pub outputs: Option<Vec<String>>,
-    /// Passed on unchanged to other systems.
+    /// Passed on with the results, unchanged; attributes of the part with the same names take precedence.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schema(required = false)]
     pub attributes: BTreeMap<String, String>,
