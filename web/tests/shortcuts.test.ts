@@ -46,7 +46,7 @@ test("the window's title says state and page, and when the link is lost", () => 
 
 test("events received twice are listed once, newest first", () => {
   const event = (seq: number) =>
-    ({ seq, kind: "simulation.fault_disabled", subject: "s", body: {}, at_ms: 0 }) satisfies StationEvent;
+    ({ seq, kind: "door.recovered", subject: "s", body: {}, at_ms: 0 }) satisfies StationEvent;
   const list = joined(joined([], [event(1), event(2)]), [event(2), event(4), event(3)]);
   expect(list.map(({ seq }) => seq)).toEqual([4, 3, 2, 1]);
 });

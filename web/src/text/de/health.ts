@@ -183,7 +183,7 @@ export const health = {
     "session.changed": "Kalibriersitzung geändert",
     "session.deleted": "Kalibriersitzung gelöscht",
     "study.created": "Untersuchung der Station angelegt",
-    "study.changed": "Stellung zu einem Annahmetest hinzugefügt",
+    "study.changed": "Position zu einer Annahmeprüfung hinzugefügt",
     "study.deleted": "Untersuchung der Station gelöscht",
     "door.waiting": "Schnittstelle wartet",
     "door.recovered": "Schnittstelle überträgt wieder",

@@ -56,13 +56,13 @@ export const statistics: typeof english = {
   type_1: "Verfahren 1",
   type_1_hint: "Wiederholte Prüfungen eines Teils mit bekanntem Wert zeigen Streuung und Abweichung der Station.",
   type_1_serial: "Oben ein Teil nach seiner Seriennummer auswählen.",
-  type_1_reference: "Den Wert des Teils laut Zertifikat eingeben.",
+  type_1_reference: "Den Wert des Teils laut Kalibrierschein eingeben.",
   type_1_means: {
     capable: "Mindestens 50 Werte, und Cg und Cgk sind mindestens 1,33.",
     not_capable: "Cg oder Cgk ist kleiner als 1,33.",
     undecided: "Es gibt weniger als 50 Werte, oder sie streuen nicht.",
   },
-  reference: "Wert laut Zertifikat",
+  reference: "Wert laut Kalibrierschein",
   scatter: "Streuung",
   n_values: "Werte",
   bias: "Systematische Abweichung",
@@ -71,6 +71,6 @@ export const statistics: typeof english = {
   factors_used: (percent, sigmas) => `${percent} % der Toleranz, ${sigmas} s`,
   gauge_rr: "Verfahren 2 (Gauge R&R)",
   gauge_rr_hint:
-    "Anteile der Station, der Prüfer und der Teile an der Streuung, aus wiederholten Prüfungen mehrerer Teile. Geplant wird es als Studie, die fehlende Prüfungen nennt und einen Bericht hat.",
-  gauge_rr_plan: "Gauge-R&R-Studie planen",
+    "Anteile der Station, der Prüfer und der Teile an der Streuung, aus wiederholten Prüfungen mehrerer Teile. Geplant wird es als Untersuchung, die fehlende Prüfungen nennt und einen Bericht hat.",
+  gauge_rr_plan: "Gauge-R&R-Untersuchung planen",
 };

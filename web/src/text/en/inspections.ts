@@ -44,7 +44,7 @@ export const inspections = {
   teach: "Teach the recipe on this part",
   show_on_cloud: "Show",
   part_hint:
-    "Show a characteristic on the cloud, or click a labelled place or a point of its surface to find its row. Grey points do not belong to the feature.",
+    "Show a characteristic on the cloud, or click a labelled location or a point of its surface to find its row. Grey points do not belong to the feature.",
   open_scan: "Open the point cloud",
   scan_deleted: "deleted",
   before: "Re-evaluation of",

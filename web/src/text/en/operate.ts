@@ -11,7 +11,7 @@ export const operate = {
     halted: "The station was stopped. Check that the area is clear, then reset.",
     fault: "Fault: see above. Fix the cause, then acknowledge.",
     busy: "Station busy: a job is running or waiting.",
-    interlock_open: "The interlock is open. Close the station door.",
+    interlock_open: "The interlock is open. Close the protective door of the station.",
     not_calibrated: "The station is not calibrated.",
     not_homed: "Stage not homed.",
   },

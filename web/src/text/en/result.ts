@@ -20,7 +20,7 @@ export const result = {
     `${n} points of one frame, in camera coordinates, with orders assigned from this frame alone. Point at one to read its coordinates; drag to zoom, double-click to show all.`,
   measurements: "Measurements",
   nothing_measured: "No measurements on this scan yet.",
-  tool: "Feature",
+  tool: "Characteristic",
   nominal: "Nominal",
   tolerance: "Tolerance",
   actual: "Actual",

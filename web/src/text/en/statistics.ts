@@ -69,6 +69,6 @@ export const statistics = {
   factors_used: (percent: string, sigmas: string) => `${percent} % of the tolerance, ${sigmas} s`,
   gauge_rr: "Gauge R&R",
   gauge_rr_hint:
-    "Shares of the station, the operators and the parts in the variation, from repeated inspections of several parts. It is planned as a study, which says which inspections are missing and has a report.",
+    "Shares of the station, the operators and the parts in the variation, from repeated inspections of several parts. It is planned as a study, which lists the missing inspections and has a report.",
   gauge_rr_plan: "Plan a gauge R&R study",
 };

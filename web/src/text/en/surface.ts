@@ -41,8 +41,8 @@ export const surface = {
   worst: "Largest deviations",
   number: "No.",
   deviation: "Deviation",
-  at: "Place in the model x, y, z",
+  at: "Location in the model x, y, z",
   points: "Points",
   show_place: "Show",
-  place: (number: number) => `place ${number}`,
+  place: (number: number) => `location ${number}`,
 };
