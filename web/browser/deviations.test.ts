@@ -116,7 +116,7 @@ test(
     // The proposed pose: z of the model towards the camera.
     expect(await card.getByLabel("Rotation about y").inputValue()).toBe("180");
     await card.getByLabel("x", { exact: true }).fill("0");
-    await card.getByLabel("Reach").fill("0.6");
+    await card.getByLabel("Maximum distance").fill("0.6");
     await card.getByLabel("Width of the zone").fill(String(WIDTH_MM));
     await card.getByLabel("Name").fill("shell");
     // A box of the model: all of it at first.
@@ -217,7 +217,7 @@ test("the comparison fits a phone, and is German for Germans", async () => {
   const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, locale: "de-DE" };
   const { page, context, complaints } = await visit(browser, server.url, `#/inspections/${items[0]?.id}`, phone);
   const narrow = () => page.evaluate(() => document.documentElement.scrollWidth <= innerWidth);
-  await page.getByRole("button", { name: "Abweichungen zeigen" }).click();
+  await page.getByRole("button", { name: "Abweichungen anzeigen" }).click();
   await page.getByRole("button", { name: "Abweichungen ausblenden" }).waitFor();
   expect([await narrow(), await englishIn(page, "main")]).toEqual([true, []]);
   await page.goto(`${server.url}/#/teach/${scan_id}`);

@@ -60,13 +60,13 @@ test(
     expect(await page.getByLabel("Verdict or state").inputValue()).toBe("ok");
     await page.getByLabel("Verdict or state").selectOption("scanned");
     await listed(page, ["PLATE-2"]);
-    await page.getByRole("button", { name: "Show all" }).click();
+    await page.getByRole("button", { name: "Clear the filter" }).click();
     await listed(page, ["PLATE-2", "PLATE-1"]);
 
     const by_day = asked(page, "from_ms");
     await page.getByLabel("From day").fill("2100-01-01");
     await by_day;
-    await page.getByText("No matching results.").waitFor();
+    await page.getByText("No result matches the filter.").waitFor();
     expect(page.url()).toMatch(/#\/results\?from=2100-01-01$/);
     await context.close();
     expect(complaints).toEqual([]);

@@ -129,9 +129,9 @@ test(
     const second = page.locator("[data-version='2']");
     await second.getByText("Changes of taught@2").click();
     await second.getByText("/plan/characteristics/height/upper: 0.03 → 0.04").waitFor();
-    await page.locator("[data-version='1']").getByRole("button", { name: "Roll back to it" }).click();
+    await page.locator("[data-version='1']").getByRole("button", { name: "Roll back to this version" }).click();
     await page.locator("[data-version='3']").getByText("rolled back to taught@1").waitFor();
-    await page.locator("[data-version='2']").getByRole("button", { name: "Roll back to it" }).click();
+    await page.locator("[data-version='2']").getByRole("button", { name: "Roll back to this version" }).click();
     await page.locator("[data-version='4']").waitFor();
     const [file] = await Promise.all([
       page.waitForEvent("download"),

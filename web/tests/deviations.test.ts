@@ -18,7 +18,7 @@ import {
   surfaceProfile,
   withCoordinate,
   withEntry,
-} from "../src/pages/teach/surface_profile";
+} from "../src/pages/teach/surface/profile";
 import { halfRange_um, onScan } from "../src/pages/viewer/surface_deviations";
 import { DeviationMap, decodeDeviations } from "../src/scene/cloud/deviation_map";
 

@@ -1,7 +1,7 @@
 /** Teaching: from what was measured to the plan of a recipe. */
 
 import { describe, expect, test } from "vitest";
-import type { Schemas } from "../src/api/client";
+import { ProblemError, type Schemas } from "../src/api/client";
 import { candidates, characteristicFrom, featureFrom, rolesOf } from "../src/pages/teach/composed";
 import {
   boxInDatum,
@@ -16,6 +16,7 @@ import {
   withoutCharacteristic,
   withParts,
 } from "../src/pages/teach/draft";
+import { recipeFile } from "../src/pages/teach/recipe_file";
 
 const REGION = { min: [-5, -5, 380] as [number, number, number], max: [5, 5, 410] as [number, number, number] };
 
@@ -186,4 +187,12 @@ describe("a characteristic from several features", () => {
     expect(features[2]?.shape).toMatchObject({ type: "edge", plane: "table" });
     expect(features[1]?.shape).toMatchObject({ select: { region: { type: "box", min_mm: [-5, -5, 380] } } });
   });
+});
+
+test("a file is read as a recipe by its format and id; any other is refused with a remedy", () => {
+  const file = { format: "sheaf-recipe/1", id: "bracket", version: 3, recipe: {} };
+  expect(recipeFile(JSON.stringify(file))).toEqual(file);
+  for (const content of ["", "no JSON", "null", "[1]", '{"id": "bracket"}', '{"format": "sheaf-recipe/1"}']) {
+    expect(() => recipeFile(content)).toThrow(ProblemError);
+  }
 });

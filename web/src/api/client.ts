@@ -38,12 +38,13 @@ interface ApiResponse<T> {
 /** Returns the data of the response; throws a `ProblemError` on an error response. */
 export async function data<T>(request: Promise<ApiResponse<T>>): Promise<T> {
   const { data, error, response } = await request;
+  // Without a body (204), `data` is undefined, and so is `T`.
   if (response.ok) return data as T;
   throw errorFromResponse(error, response);
 }
 
 /** Whether a body is problem details (RFC 9457). */
-function isProblem(body: unknown): body is Problem {
+export function isProblem(body: unknown): body is Problem {
   return textOf(body, "title") !== undefined && textOf(body, "detail") !== undefined;
 }
 

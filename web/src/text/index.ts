@@ -17,7 +17,7 @@ function preferred(): Language {
 }
 
 /** The chosen language, also of numbers and dates. */
-export const language = remembered<Language>("language", preferred());
+export const language = remembered("language", preferred(), LANGUAGE_CODES);
 
 /** The texts in the chosen language; components that read it update when the language changes. */
 export const text = computed(() => CATALOGUES[language.value] ?? en);

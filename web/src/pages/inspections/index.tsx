@@ -38,8 +38,7 @@ function List() {
     [api, events],
   );
   useEffect(() => state.follow(), [state]);
-  const requested = JSON.stringify(serverQuery(filter));
-  useEffect(() => state.setQuery(JSON.parse(requested)), [state, requested]);
+  useEffect(() => state.setQuery(serverQuery(filter)));
   const items = state.items.value;
   const problem = state.problem.value;
   const filtered = Object.keys(queryOf(filter)).length > 0;

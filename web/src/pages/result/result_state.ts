@@ -60,7 +60,7 @@ function placeOf(measurement: Measurement): Vec3 | undefined {
     const at: Vec3 = [cell % nx, Math.floor(cell / nx) % ny, Math.floor(cell / (nx * ny))];
     return addScaled(origin, [at[0] + 0.5, at[1] + 0.5, at[2] + 0.5], region.cell_mm);
   });
-  const sum = centres.reduce((sum, one) => addScaled(sum, one, 1), [0, 0, 0] as Vec3);
+  const sum = centres.reduce<Vec3>((sum, one) => addScaled(sum, one, 1), [0, 0, 0]);
   const middle = addScaled([0, 0, 0], sum, 1 / Math.max(1, centres.length));
   return centres.sort((a, b) => distance(a, middle) - distance(b, middle))[0];
 }

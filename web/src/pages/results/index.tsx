@@ -21,8 +21,7 @@ export default function Results() {
   const filter = filterOf(route.value.query);
   const state = useMemo(() => new ResultsState(api, events, serverQuery(filter)), [api, events]);
   useEffect(() => state.follow(), [state]);
-  const requested = JSON.stringify(serverQuery(filter));
-  useEffect(() => state.setQuery(JSON.parse(requested)), [state, requested]);
+  useEffect(() => state.setQuery(serverQuery(filter)));
   const parts = state.parts.value;
   const problem = state.problem.value;
   const filtered = Object.keys(queryOf(filter)).length > 0;

@@ -4,9 +4,7 @@ import type { Signal } from "@preact/signals";
 import type { Form } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { text } from "../../text";
-import { EXPOSURE_COUNTS, type Mode, type SetUp } from "./set_up";
-
-const MODES: readonly Mode[] = ["stop_and_go", "continuous"];
+import { EXPOSURE_COUNTS, MODES, type SetUp } from "./set_up";
 
 /** Smallest step and speed of the input fields; the server checks the limits of the station. */
 const SMALLEST = 0.001;

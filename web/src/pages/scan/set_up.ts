@@ -5,7 +5,8 @@ import type { Schemas } from "../../api/client";
 import { remembered } from "../../state/browser/remembered";
 
 export type StartScan = Schemas["StartScanDto"];
-export type Mode = "stop_and_go" | "continuous";
+export const MODES = ["stop_and_go", "continuous"] as const;
+export type Mode = (typeof MODES)[number];
 
 /** Selectable numbers of exposures per row. */
 export const EXPOSURE_COUNTS = [1, 2, 3, 4] as const;
@@ -24,7 +25,7 @@ export function exposuresUpTo(longest_us: number, n: number): number[] {
 const from_mm = remembered("scan_from_mm", -20);
 const to_mm = remembered("scan_to_mm", 20);
 const step_mm = remembered("scan_step_mm", 0.2);
-const mode = remembered<Mode>("scan_mode", "stop_and_go");
+const mode = remembered<Mode>("scan_mode", "stop_and_go", MODES);
 const speed_mm_s = remembered("scan_speed_mm_s", 5);
 /** One revolution and an overlap from which the closure error is determined. */
 const from_deg = remembered("scan_from_deg", 0);

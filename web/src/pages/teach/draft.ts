@@ -40,6 +40,17 @@ export const FOUND_BY: Partial<Record<Taught, Tool>> = {
   angle: "angle",
 };
 
+/** The feature and its measure, for what is measured of a single feature. */
+const MEASURED = {
+  sphere_diameter: ["sphere", "diameter"],
+  sphere_radius: ["sphere", "radius"],
+  cylinder_diameter: ["cylinder", "diameter"],
+  cylinder_radius: ["cylinder", "radius"],
+  circle_diameter: ["circle", "diameter"],
+  slot_width: ["slot", "width"],
+  slot_length: ["slot", "length"],
+} as const satisfies Partial<Record<Taught, readonly [string, string]>>;
+
 /** What was chosen and found for the next characteristic. */
 export interface Candidate {
   taught: Taught;
@@ -112,7 +123,7 @@ export function partsOf(taught: Taught, id: string, region: Box | undefined, fit
     case "sphere_radius":
     case "cylinder_diameter":
     case "cylinder_radius": {
-      const [type, measure] = taught.split("_") as ["sphere" | "cylinder", "diameter" | "radius"];
+      const [type, measure] = MEASURED[taught];
       const shape = fitted[0]?.shape;
       const radius = shape && shape.kind !== "plane" ? { radius_mm: rounded(shape.radius_mm) } : {};
       const feature: PlanFeature = { id: named(type), shape: { type, select, ...radius } };
@@ -142,11 +153,11 @@ export function partsOf(taught: Taught, id: string, region: Box | undefined, fit
     case "circle_diameter":
     case "slot_width":
     case "slot_length": {
-      const [type, measure] = taught.split("_") as ["circle" | "slot", "diameter" | "width" | "length"];
+      const [type, measure] = MEASURED[taught];
       const rim: PlanFeature = { id: named(type), shape: { type, plane: named("plane"), select } };
       return {
         features: [plane(named("plane"), region), rim],
-        characteristic: { id, measure: { type: measure, of: named(type) } as Characteristic["measure"] },
+        characteristic: { id, measure: { type: measure, of: named(type) } },
       };
     }
   }
@@ -246,8 +257,7 @@ export function inFrameOfPlan(feature: PlanFeature, pose: Schemas["PoseDto"] | u
   const { shape } = feature;
   const region = "select" in shape ? shape.select?.region : undefined;
   if (!pose || !("select" in shape) || region?.type !== "box") return feature;
-  const [min, max] = [region.min_mm, region.max_mm] as [Box["min"], Box["max"]];
-  const box = boxInDatum({ min, max }, pose);
+  const box = boxInDatum({ min: vec3(region.min_mm), max: vec3(region.max_mm) }, pose);
   const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
   return { ...feature, shape: { ...shape, select } };
 }
@@ -273,7 +283,10 @@ export function limited(one: Characteristic, { nominal, lower, upper }: Limits):
 }
 
 /** The axis-aligned box, in the datum frame, around a box of the part frame. */
-export function boxInDatum({ min, max }: Box, { rotation, translation_mm }: Schemas["PoseDto"]): Box {
+export function boxInDatum(
+  { min, max }: { min: Vec3; max: Vec3 },
+  { rotation, translation_mm }: Schemas["PoseDto"],
+): Box {
   const shift = vec3(translation_mm);
   const found: Box = { min: [Infinity, Infinity, Infinity], max: [-Infinity, -Infinity, -Infinity] };
   for (let corner = 0; corner < 8; corner++) {

@@ -18,7 +18,7 @@ import { CloudView } from "../viewer/cloud_view";
 import { ComposedCard } from "./composed_card";
 import { PlanCard } from "./plan_card";
 import { PublishCard, RecipeCard } from "./publish_card";
-import { SurfaceCard } from "./surface_card";
+import { SurfaceCard } from "./surface/card";
 import { TeachState } from "./teach_state";
 import { ToolCard } from "./tool_card";
 import "./teach.css";

@@ -34,6 +34,7 @@ import {
   withParts,
 } from "./draft";
 import { PlanTrial } from "./plan_trial";
+import { recipeFile } from "./recipe_file";
 
 export class TeachState {
   /** The scan with its cloud. */
@@ -196,7 +197,7 @@ export class TeachState {
   /** Imports the file of another station, as the next version if there is a recipe with its id. */
   async importFile(file: File): Promise<void> {
     const { api } = this.app;
-    const body = JSON.parse(await file.text()) as Schemas["RecipeFileDto"];
+    const body = recipeFile(await file.text());
     const { response } = await api.GET("/api/v1/recipes/{id}", { params: { path: { id: body.id } } });
     const known = response.ok ? { "If-Match": response.headers.get("ETag") ?? "*" } : {};
     const params = { header: { "Idempotency-Key": idempotencyKey(), ...known } };

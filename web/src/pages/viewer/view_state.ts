@@ -10,7 +10,7 @@ import type { Picked } from "../../scene/cloud/picking";
 import type { Feature } from "../../scene/cloud/region";
 import type { Vec3 } from "../../scene/cloud/shapes";
 import { AXES, AXIS_NAMES, type Axis, type Cut, countIn } from "../../scene/cloud/space";
-import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
+import { COLOUR_MODES, type ColourMode, type ValueMode, type ValueRange } from "../../scene/colours";
 import type { Label } from "../../scene/view/overlay";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { remembered } from "../../state/browser/remembered";
@@ -40,7 +40,7 @@ const z_up = remembered("cloud_z_up", false);
 /** Card of a tool. */
 export type ViewerCard = "region" | "cut";
 
-const remembered_mode = remembered<ColourMode>("cloud_mode", "order");
+const remembered_mode = remembered<ColourMode>("cloud_mode", "order", COLOUR_MODES);
 
 /** The dimensions of a box along x, y and z. */
 function dimensionsOf({ min, max }: Box): readonly string[] {

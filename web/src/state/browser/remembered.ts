@@ -6,10 +6,16 @@ import { effect, type Signal, signal } from "@preact/signals";
 export function remembered(name: string, initial: string): Signal<string>;
 export function remembered(name: string, initial: number): Signal<number>;
 export function remembered(name: string, initial: boolean): Signal<boolean>;
-export function remembered<T extends string | number | boolean>(name: string, initial: T): Signal<T>;
-export function remembered<T extends string | number | boolean>(name: string, initial: T): Signal<T> {
+/** One of `choices`; anything else in the storage is ignored. */
+export function remembered<T extends string>(name: string, initial: T, choices: readonly T[]): Signal<T>;
+export function remembered<T extends string | number | boolean>(
+  name: string,
+  initial: T,
+  choices?: readonly T[],
+): Signal<T> {
   const key = `sheaf.${name}`;
-  const remembered = signal<T>(read(key, initial));
+  const stored = read(key);
+  const remembered = signal<T>(isOneOf(stored, initial, choices) ? stored : initial);
   effect(() => {
     const text = JSON.stringify(remembered.value);
     try {
@@ -21,11 +27,15 @@ export function remembered<T extends string | number | boolean>(name: string, in
   return remembered;
 }
 
-function read<T extends string | number | boolean>(key: string, initial: T): T {
+function read(key: string): unknown {
   try {
-    const known: unknown = JSON.parse(localStorage.getItem(key) ?? "null");
-    return typeof known === typeof initial ? (known as T) : initial;
+    return JSON.parse(localStorage.getItem(key) ?? "null");
   } catch {
-    return initial;
+    return undefined;
   }
+}
+
+/** Whether a stored value is one of the choices; without choices, whether it is of the type of `initial`. */
+function isOneOf<T>(stored: unknown, initial: T, choices: readonly T[] | undefined): stored is T {
+  return choices ? choices.some((choice) => choice === stored) : typeof stored === typeof initial;
 }

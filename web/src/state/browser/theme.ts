@@ -6,7 +6,7 @@ import { remembered } from "./remembered";
 export const THEMES = ["system", "light", "dark"] as const;
 export type ThemeChoice = (typeof THEMES)[number];
 
-export const theme_choice = remembered<ThemeChoice>("theme", "system");
+export const theme_choice = remembered<ThemeChoice>("theme", "system", THEMES);
 
 const query = typeof matchMedia === "undefined" ? undefined : matchMedia("(prefers-color-scheme: dark)");
 const system_dark = signal(query?.matches ?? false);

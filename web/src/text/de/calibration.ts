@@ -23,7 +23,7 @@ export const calibration: Catalogue["calibration"] = {
   poses_of: (poses, lasers, views) => `${poses} Posen, ${lasers} mit Laser, ${views} Tischpositionen`,
   dark_frame: "Dunkelbild",
   dark_frame_none: "keines: kein Bild wurde um Hotpixel korrigiert",
-  dark_frame_unknown: "nicht bekannt: die Bilder einer Aufnahme geben darüber keine Auskunft",
+  dark_frame_unknown: "unbekannt: in den Bildern einer Aufnahme nicht vermerkt",
   dark_frame_of: (taken, exposure, hot) => `aufgenommen ${taken}, Belichtung ${exposure}, ${hot} Hotpixel`,
   dark_frame_hot_pixels_only: "Festmusterrauschen nicht korrigiert",
   dark_frame_some: (corrected, all) => `in ${corrected} von ${all} Bildern`,
@@ -35,7 +35,7 @@ export const calibration: Catalogue["calibration"] = {
   details: "Details",
   certificate: "Kalibrierschein (DCC)",
   certificate_hint:
-    "Der Kalibrierschein ist ein Digital Calibration Certificate der PTB (XML), keiner eines akkreditierten Labors.",
+    "Der Kalibrierschein hat das Format des Digital Calibration Certificate der PTB (XML); er stammt nicht von einem akkreditierten Labor.",
 
   new_calibration: "Neue Kalibrierung",
   now: "Jetzt kalibrieren",
@@ -285,7 +285,7 @@ export const calibration: Catalogue["calibration"] = {
   cell_now: "von der Tafel jetzt abgedeckt",
   cell_empty: "leer",
   boards_have: (have, want) => `${have}, Ziel mindestens ${want}`,
-  boards: "Tafeln",
+  boards: "Tafelbilder",
   boards_missing: "Mehr Bilder aufnehmen, jedes mit der Tafel an einer anderen Stelle.",
   tilt: "Neigung",
   tilt_have: (have, want, degrees) => `${have} um ${degrees} oder mehr geneigt, Ziel ${want}`,
@@ -317,7 +317,7 @@ export const calibration: Catalogue["calibration"] = {
   remove_board: "Tafel entfernen",
   held_pose: (n) => `Die Tafel wird in Pose ${n} gehalten.`,
   board_on_stage: "Die Tafel liegt auf dem Tisch.",
-  board_away: "Die Tafel ist entfernt.",
+  board_away: "Die Tafel wurde entfernt.",
 
   light_lead:
     "Jede Pose wurde auch mit eingeschaltetem Laser aufgenommen. Die Linien auf der Tafel müssen vollständig und dünn sein, in allen Ordnungen.",

@@ -29,7 +29,7 @@ export const doors: Catalogue["doors"] = {
   resend_dead: (n) => `Nicht zustellbare erneut senden (${n})`,
   attempts: (n) => `Letzte Versuche (${n})`,
   no_attempts: "Keine Versuche seit dem Start des Servers.",
-  when: "Wann",
+  when: "Zeit",
   event: "Ereignis",
   result: "Ergebnis",
   test_message: "Testnachricht",

@@ -85,7 +85,10 @@ export const frame = {
       "Ein anderes Gerät als der Tisch ist angeschlossen.",
       "Das richtige Gerät anschließen.",
     ],
-    "laser.interlock_open": ["Die Verriegelung des Lasers ist offen.", "Türen und Abdeckungen schließen."],
+    "laser.interlock_open": [
+      "Die Verriegelung des Lasers ist offen.",
+      "Alle Schutztüren und Abdeckungen schließen.",
+    ],
     "laser.fault": ["Der Laser meldet einen Fehler.", "Den Laser prüfen, dann zurücksetzen."],
     "laser.disconnected": [
       "Der Laser ist nicht erreichbar.",

@@ -81,7 +81,7 @@ export const health = {
   watch: "Größe",
   value: "Wert ± U (k = 2)",
   state: "Zustand",
-  trend: "Verlauf",
+  trend: "Trend",
   trend_of: (watch: string, n: number) => `${watch}: ${n} Werte`,
   watch_names: {
     lost_steps: "Schrittverluste",
@@ -127,7 +127,7 @@ export const health = {
   no_events: "Noch keine Ereignisse.",
   older_events: "Ältere Ereignisse",
   number: "Nr.",
-  when: "Wann",
+  when: "Zeit",
   event: "Ereignis",
   subject: "Betrifft",
   event_by: (actor: string, source: string) => (source ? `von ${actor} (${source})` : `von ${actor}`),

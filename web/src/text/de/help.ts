@@ -68,7 +68,7 @@ export const help = {
     ["Esc", "Schließt einen Dialog"],
   ] as readonly (readonly [string, string])[],
   letters_hint:
-    "Auf Bedienen gehen Buchstaben immer in die Seriennummer, damit ein Barcodescanner jederzeit funktioniert. Kürzel aus einzelnen Buchstaben sind abschaltbar:",
+    "Auf der Seite Bedienen gehen Buchstaben immer in die Seriennummer, damit ein Barcodescanner jederzeit funktioniert. Kürzel aus einzelnen Buchstaben sind abschaltbar:",
   api: "API",
   api_hint: "Alles, was diese Seite tut, läuft über die öffentliche API.",
   openapi: "die API als OpenAPI-Dokument",

@@ -7,7 +7,7 @@ export const inspections: typeof english = {
   scans: "Scans",
   none_yet: "Noch keine Prüfungen",
   none_yet_how:
-    "Eine Prüfung scannt, misst und bewertet ein Teil nach einem Rezept. Ein Rezept am Ergebnis eines Scans einlernen, dann Prüfungen auf der Bedienseite oder über die API starten (POST /api/v1/inspections).",
+    "Eine Prüfung scannt, misst und bewertet ein Teil nach einem Rezept. Ein Rezept am Ergebnis eines Scans einlernen, dann Prüfungen auf der Seite Bedienen oder über die API starten (POST /api/v1/inspections).",
   nothing_fits: "Keine Prüfung passt zum Filter.",
   read: (n) => (n === 1 ? "1 Prüfung" : `${n} Prüfungen`),
   read_so_far: (n) => `die neuesten ${n} Prüfungen`,
@@ -44,9 +44,9 @@ export const inspections: typeof english = {
   seq: "Nummer",
   result: "Punktwolke",
   teach: "Rezept an diesem Teil einlernen",
-  show_on_cloud: "Zeigen",
+  show_on_cloud: "Anzeigen",
   part_hint:
-    "Ein Merkmal auf der Punktwolke zeigen oder eine beschriftete Stelle oder einen Punkt ihrer Fläche anklicken, um seine Zeile zu finden. Graue Punkte gehören nicht zum Element.",
+    "Ein Merkmal auf der Punktwolke anzeigen oder eine beschriftete Stelle oder einen Punkt ihrer Fläche anklicken, um seine Zeile zu finden. Graue Punkte gehören nicht zum Element.",
   open_scan: "Punktwolke öffnen",
   scan_deleted: "gelöscht",
   before: "Neubewertung von",

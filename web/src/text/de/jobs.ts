@@ -16,7 +16,7 @@ export const jobs: Catalogue["jobs"] = {
   state: "Status",
   outcome: "Ergebnis",
   source: "Angefordert von",
-  when: "Wann",
+  when: "Zeit",
   took: "Dauer",
   open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen", inspection: "Prüfung öffnen" },
   open_other: "Datei herunterladen",

@@ -31,7 +31,7 @@ export const result = {
   details: (tool: string) => `${tool}: nach Ordnungen, mit Hinweisen`,
   order: "Ordnung",
   points: "Punkte",
-  measure_what: "Messen",
+  measure_what: "Merkmal",
   measure: "Messen",
   blocked_no_cloud: "Der Scan hat noch keine Punktwolke.",
   blocked_nominal: "Eine Toleranz erfordert einen Sollwert.",

@@ -55,7 +55,7 @@ export const scan = {
   kept_rows: (rows: string) => `${rows} Zeilen aufgenommen.`,
   resume: "Scan fortsetzen",
   show_result: "Ergebnis anzeigen",
-  show_partial: "Teilergebnis anzeigen",
+  show_partial: "Unvollständiges Ergebnis anzeigen",
   no_points: "Hier erscheint die Punktwolke während des Scans.",
   waiting_for_points: "Warten auf die erste Zeile…",
   blocked_running: "Ein Scan läuft.",

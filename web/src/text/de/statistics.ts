@@ -47,14 +47,15 @@ export const statistics: typeof english = {
   },
   index: "Kennwert",
   index_value: "Wert",
-  interval: "95 % Vertrauensbereich",
+  interval: "95-%-Vertrauensbereich",
   nonconforming: "Erwartet außerhalb",
   mean: "Mittelwert",
   sigma_within: "σ innerhalb",
   sigma_overall: "σ gesamt",
   normality: "Normalverteilung, p-Wert",
   type_1: "Verfahren 1",
-  type_1_hint: "Wiederholte Prüfungen eines Teils mit bekanntem Wert zeigen Streuung und Abweichung der Station.",
+  type_1_hint:
+    "Wiederholte Prüfungen eines Teils mit bekanntem Wert zeigen Streuung und systematische Abweichung der Station.",
   type_1_serial: "Oben ein Teil nach seiner Seriennummer auswählen.",
   type_1_reference: "Den Wert des Teils laut Kalibrierschein eingeben.",
   type_1_means: {
@@ -69,7 +70,7 @@ export const statistics: typeof english = {
   std_dev: "Standardabweichung",
   factors: "Faktoren",
   factors_used: (percent, sigmas) => `${percent} % der Toleranz, ${sigmas} s`,
-  gauge_rr: "Verfahren 2 (Gauge R&R)",
+  gauge_rr: "Verfahren 2/3 (Gauge R&R)",
   gauge_rr_hint:
     "Anteile der Station, der Prüfer und der Teile an der Streuung, aus wiederholten Prüfungen mehrerer Teile. Geplant wird es als Untersuchung, die fehlende Prüfungen nennt und einen Bericht hat.",
   gauge_rr_plan: "Gauge-R&R-Untersuchung planen",

@@ -2,12 +2,12 @@ import type { surface as english } from "../en/surface";
 
 export const surface: typeof english = {
   card: "Flächenprofil",
-  hint: "Vergleicht die Fläche mit einem CAD-Modell (ISO 1101, Profil einer Fläche): Der Wert ist das Doppelte der größten Abweichung, die Grenze die Breite der Toleranzzone.",
+  hint: "Vergleicht die Fläche mit einem CAD-Modell (ISO 1101, Flächenprofil): Der Wert ist das Doppelte der größten Abweichung, die Grenze die Breite der Toleranzzone.",
   model: "CAD-Modell",
   choose: "Ein Modell wählen.",
   upload: "Modell hochladen",
   upload_hint: "STL oder PLY in Millimetern, oder GLB; die Datei kann auch hier abgelegt werden.",
-  uploading: "Wird hochgeladen …",
+  uploading: "Wird hochgeladen…",
   facts: (triangles, size) => `${triangles} Dreiecke, ${size} mm.`,
   open: "Die Fläche ist nicht geschlossen.",
   best_fit: "Einpassung aller Punkte (Best-Fit)",
@@ -20,7 +20,7 @@ export const surface: typeof english = {
   propose: "Lage vorschlagen",
   propose_hint:
     "Mitte des Bereichs oder der Punktwolke; z des Modells zur Kamera, seine Oberseite am höchsten Punkt.",
-  reach: "Reichweite",
+  reach: "Größter Abstand",
   reach_hint:
     "Punkte, die weiter vom Modell entfernt sind, gehören nicht zu seiner Fläche; ohne Angabe 2 % seiner Diagonale.",
   region: "Nur ein Quader des Modells",
@@ -39,14 +39,14 @@ export const surface: typeof english = {
   surely: "Um mehr als U",
   fit: "RMS der Einpassung",
   locked: "Durch die Punkte nicht bestimmt",
-  show: "Abweichungen zeigen",
+  show: "Abweichungen anzeigen",
   hide: "Abweichungen ausblenden",
-  loading: "Die Abweichungen werden berechnet …",
+  loading: "Die Abweichungen werden berechnet…",
   worst: "Größte Abweichungen",
   number: "Nr.",
   deviation: "Abweichung",
   at: "Stelle im Modell x, y, z",
   points: "Punkte",
-  show_place: "Zeigen",
+  show_place: "Anzeigen",
   place: (number) => `Stelle ${number}`,
 };

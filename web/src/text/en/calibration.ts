@@ -35,7 +35,7 @@ export const calibration = {
   details: "Details",
   certificate: "Certificate (DCC)",
   certificate_hint:
-    "The certificate is a Digital Calibration Certificate of the PTB (XML), not one of an accredited laboratory.",
+    "The certificate has the format of the Digital Calibration Certificate of the PTB (XML); it is not issued by an accredited laboratory.",
 
   new_calibration: "New calibration",
   now: "Calibrate now",
@@ -285,7 +285,7 @@ export const calibration = {
   cell_now: "covered by the board now",
   cell_empty: "empty",
   boards_have: (have: string, want: string) => `${have}, target at least ${want}`,
-  boards: "Boards",
+  boards: "Board images",
   boards_missing: "Capture more images, each with the board in a different position.",
   tilt: "Tilt",
   tilt_have: (have: string, want: string, degrees: string) =>
@@ -317,7 +317,7 @@ export const calibration = {
   remove_board: "Remove board",
   held_pose: (n: number) => `The board is held in pose ${n}.`,
   board_on_stage: "The board is on the stage.",
-  board_away: "The board is removed.",
+  board_away: "The board has been removed.",
 
   light_lead:
     "Every pose was also captured with the laser on. The lines on the board must be complete and thin, in all orders.",

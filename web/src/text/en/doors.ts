@@ -35,7 +35,7 @@ export const doors = {
   resend_dead: (n: string) => `Resend dead letters (${n})`,
   attempts: (n: string) => `Last attempts (${n})`,
   no_attempts: "No attempts since the server was started.",
-  when: "When",
+  when: "Time",
   event: "Event",
   result: "Result",
   test_message: "Test message",

@@ -101,7 +101,7 @@ export const health = {
   no_events: "No events yet.",
   older_events: "Older events",
   number: "No.",
-  when: "When",
+  when: "Time",
   event: "Event",
   subject: "Subject",
   event_by: (actor: string, source: string) => (source ? `by ${actor} (${source})` : `by ${actor}`),

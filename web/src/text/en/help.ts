@@ -63,7 +63,7 @@ export const help = {
     ["Esc", "Closes a dialog"],
   ] as readonly (readonly [string, string])[],
   letters_hint:
-    "On Operate, letters always go into the serial number, so that a barcode scanner works at any time. Single-letter shortcuts can be turned off:",
+    "On the Operate page, letters always go into the serial number, so that a barcode scanner works at any time. Single-letter shortcuts can be turned off:",
   api: "API",
   api_hint: "Everything this page does goes through the public API.",
   openapi: "the API as an OpenAPI document",

@@ -5,7 +5,7 @@ export const inspections = {
   scans: "Scans",
   none_yet: "No inspections yet",
   none_yet_how:
-    "An inspection scans a part according to a recipe, measures it and gives the verdict. Teach a recipe on the result of a scan, then start inspections on Operate or through the API (POST /api/v1/inspections).",
+    "An inspection scans a part according to a recipe, measures it and gives the verdict. Teach a recipe on the result of a scan, then start inspections on the Operate page or through the API (POST /api/v1/inspections).",
   nothing_fits: "No inspection matches the filter.",
   read: (n: number) => (n === 1 ? "1 inspection" : `${n} inspections`),
   read_so_far: (n: number) => `the newest ${n} inspections`,

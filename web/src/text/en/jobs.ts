@@ -13,7 +13,7 @@ export const jobs = {
   state: "State",
   outcome: "Outcome",
   source: "Requested by",
-  when: "When",
+  when: "Time",
   took: "Duration",
   open: {
     scan: "Open the result",

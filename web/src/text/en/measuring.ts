@@ -26,7 +26,7 @@ export const outcomes = {
   undecided: "UNDECIDED",
   invalid: "INVALID",
   not_ok: "NOT OK",
-  partial: "Incomplete",
+  partial: "Partial",
   measured: "Measured",
   scanned: "Scanned",
 };

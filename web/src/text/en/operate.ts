@@ -47,7 +47,7 @@ export const operate = {
   step: "Step",
   exposure: "Exposure",
   automatic: "automatic",
-  tool: "Measure",
+  tool: "Characteristic",
   add_measurement: "Add a measurement",
   remove_measurement: "Remove",
   characteristic_name: "Name",

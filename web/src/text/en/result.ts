@@ -4,7 +4,7 @@ export const result = {
   go_scan: "Scan a part",
   other_scan: "Scan",
   compare: "Compare",
-  states: { partial: "incomplete", invalid: "INVALID" } as Record<string, string>,
+  states: { partial: "partial", invalid: "INVALID" } as Record<string, string>,
   state_hints: {
     partial: "The scan was stopped early. It can be resumed on the Scan page.",
     invalid: "Frames were lost during this scan, so no verdict is possible. Scan again.",
@@ -31,7 +31,7 @@ export const result = {
   details: (tool: string) => `${tool}: by order, and notes`,
   order: "Order",
   points: "points",
-  measure_what: "Measure",
+  measure_what: "Characteristic",
   measure: "Measure",
   blocked_no_cloud: "The scan has no point cloud yet.",
   blocked_nominal: "A tolerance needs a nominal value.",

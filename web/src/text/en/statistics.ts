@@ -45,7 +45,7 @@ export const statistics = {
   },
   index: "Index",
   index_value: "Value",
-  interval: "95 % confidence",
+  interval: "95 % confidence interval",
   nonconforming: "Expected outside",
   mean: "Mean",
   sigma_within: "σ within",

@@ -1,7 +1,7 @@
 export const studies = {
   title: "Fitness of the station",
   about:
-    "An acceptance test shows the errors of the station on calibrated artefacts. A measurement system analysis shows from repeated inspections whether the station suits a tolerance. Each study has a report.",
+    "An acceptance test shows the errors of the station on calibrated artefacts. A measurement system analysis shows from repeated inspections whether the station is suitable for a tolerance. Each study has a report.",
   to_list: "All studies",
   none_yet: "No study yet.",
   name: "Name",
@@ -19,7 +19,7 @@ export const studies = {
   },
   kinds_hint: {
     acceptance:
-      "After VDI/VDE 2634 and ISO 10360-13: scan an artefact at several positions and add each scan here.",
+      "According to VDI/VDE 2634 and ISO 10360-13: scan an artefact in several positions and add each scan here.",
     type_1: "One part with a known value, inspected at least 50 times: Cg and Cgk.",
     gauge_rr: "Several parts, each inspected repeatedly by every operator: %GRR and ndc.",
   },
@@ -83,20 +83,20 @@ export const studies = {
   of_part: (serial: string, operator: string | undefined) =>
     operator === undefined ? `Part ${serial}` : `Part ${serial}, ${operator}`,
   inspect_how:
-    "Inspect the parts with this recipe on the page Operate. Inspections since the creation of the study belong to it; the first ones of each part count.",
+    "Inspect the parts with this recipe on the Operate page. Inspections made after the study was created belong to it; the first ones of each part count.",
   complete: "All positions or inspections are present.",
   results: "Results",
   quantity: "Quantity",
-  worst: "Worst",
+  worst: "Largest error",
   limit: "MPE",
   test_u: "U of the test",
   no_temperature: "no temperature",
   positions: "Positions",
   add_position: "Add a position",
   add_hint:
-    "Scan the artefact, then add the scan. A position cannot be removed: a test contains all that was measured.",
+    "Scan the artefact, then add the scan. A position cannot be removed: an acceptance test includes everything that was measured.",
   scan: "Scan",
-  no_scans: "There is no complete scan that is not a position already.",
+  no_scans: "There is no complete scan that has not been added yet.",
   choose_scan: "Choose a scan.",
   temperature: "Temperature of the artefact",
   temperature_hint: "Without a temperature, sizes and distances stay undecided.",
@@ -124,7 +124,7 @@ export const studies = {
     total_variation: "Total",
   },
   ndc: "Distinct categories (ndc)",
-  design: "Study",
+  design: "Study design",
   design_of: (parts: number, operators: number, trials: number) =>
     `${parts} parts × ${operators === 1 ? "1 operator" : `${operators} operators`} × ${trials} trials`,
   fitness_link: "Acceptance tests and measurement system analysis",

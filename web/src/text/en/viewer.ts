@@ -34,7 +34,7 @@ export const viewer = {
   selecting_hint: "Drag a rectangle over the points. Hidden points are not selected.",
   select_view: "Select what is in view",
   clear_region: "Clear the region",
-  region_hint: "A box that limits tools and, if wanted, the displayed points.",
+  region_hint: "A box that limits the tools and, optionally, the displayed points.",
   empty_selection: "There are no points in that rectangle.",
   axis_from: (axis: string) => `${axis} from`,
   axis_to: (axis: string) => `${axis} to`,

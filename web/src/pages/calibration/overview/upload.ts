@@ -1,6 +1,7 @@
 /** Uploads an archive with `XMLHttpRequest`, because `fetch` does not report progress. */
 
-import { type Problem, ProblemError } from "../../../api/client";
+import { isProblem, type Problem, ProblemError } from "../../../api/client";
+import { textOf } from "../../../api/unknown";
 
 const TYPES: readonly (readonly [RegExp, string])[] = [
   [/\.zip$/i, "application/zip"],
@@ -32,7 +33,8 @@ export function upload(
     request.onabort = () => reject(new ProblemError(broken));
     request.onload = () => {
       const answer = answerOf(request.responseText);
-      if (request.status === 201 && hasId(answer)) resolve(answer);
+      const id = textOf(answer, "id");
+      if (request.status === 201 && id !== undefined) resolve({ id });
       else reject(new ProblemError(isProblem(answer) ? answer : { ...broken, status: request.status }));
     };
   });
@@ -49,12 +51,4 @@ function answerOf(body: string): unknown {
   } catch {
     return undefined;
   }
-}
-
-function hasId(answer: unknown): answer is { id: string } {
-  return typeof answer === "object" && answer !== null && "id" in answer && typeof answer.id === "string";
-}
-
-function isProblem(answer: unknown): answer is Problem {
-  return typeof answer === "object" && answer !== null && "detail" in answer;
 }

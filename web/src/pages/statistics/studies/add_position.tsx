@@ -7,6 +7,7 @@ import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
+import { selected } from "../../../components/fields/selected";
 import { useAutoReloaded } from "../../../components/loading/auto_reloaded";
 import { Show } from "../../../components/loading/loading";
 import { readParts } from "../../../state/records/scanned";
@@ -41,10 +42,11 @@ export function AddPosition({ study, reload }: { study: Study; reload: () => Pro
     () =>
       new Command(async () => {
         const params = { path: { id: study.id }, header: { "Idempotency-Key": idempotencyKey() } };
+        const temperature = temperature_c.peek();
         const body = {
           procedure,
           scan_id: scan.peek(),
-          ...(temperature_c.peek() !== undefined && { temperature_c: temperature_c.peek() as number }),
+          ...(temperature !== undefined && { temperature_c: temperature }),
           ...(procedure === "linearity" && { reference_mm: reference_mm.peek() ?? 0 }),
         };
         await data(api.POST("/api/v1/studies/{id}/positions", { params, body }));
@@ -73,10 +75,7 @@ export function AddPosition({ study, reload }: { study: Study; reload: () => Pro
             <div class="row end">
               <label class="field">
                 <span>{words.procedure}</span>
-                <select
-                  value={procedure}
-                  onChange={(event) => (chosen.value = event.currentTarget.value as Procedure)}
-                >
+                <select value={procedure} onChange={(event) => (chosen.value = selected(event, planned))}>
                   {planned.map((one) => (
                     <option key={one} value={one}>
                       {words.procedures[one]}

@@ -6,12 +6,13 @@ import { data, idempotencyKey, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { type Form, useForm } from "../../../components/fields/form";
+import { selected } from "../../../components/fields/selected";
 import { goTo, route } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import { AcceptanceForm } from "./acceptance_form";
 import { GaugeRrForm, Type1Form } from "./msa_form";
-import { type Draft, draftOf, KINDS, type Kind, planOf, wrongWith } from "./plan";
+import { type Draft, draftOf, KINDS, planOf, wrongWith } from "./plan";
 
 /** What the parts of the form share. */
 export interface DraftForm {
@@ -44,7 +45,7 @@ export function NewStudy() {
       <div class="row end">
         <label class="field">
           <span>{words.kind}</span>
-          <select value={kind} onChange={(event) => change({ kind: event.currentTarget.value as Kind })}>
+          <select value={kind} onChange={(event) => change({ kind: selected(event, KINDS) ?? kind })}>
             {KINDS.map((one) => (
               <option key={one} value={one}>
                 {words.kinds[one]}

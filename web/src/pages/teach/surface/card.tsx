@@ -2,17 +2,17 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { useApp } from "../../app";
-import { FileButton } from "../../components/fields/file_button";
-import { type Form, useForm } from "../../components/fields/form";
-import { NumberField } from "../../components/fields/number_field";
-import { ProblemCard } from "../../components/problem";
-import { language, text } from "../../text";
-import { count, decimal } from "../../units";
-import { SurfaceDraft } from "./surface_draft";
-import { hasVolume, type Model, POSE_ENTRIES, withEntry } from "./surface_profile";
-import { SurfaceRegion } from "./surface_region";
-import type { TeachState } from "./teach_state";
+import { useApp } from "../../../app";
+import { FileButton } from "../../../components/fields/file_button";
+import { type Form, useForm } from "../../../components/fields/form";
+import { NumberField } from "../../../components/fields/number_field";
+import { ProblemCard } from "../../../components/problem";
+import { language, text } from "../../../text";
+import { count, decimal } from "../../../units";
+import type { TeachState } from "../teach_state";
+import { SurfaceDraft } from "./draft";
+import { hasVolume, type Model, POSE_ENTRIES, withEntry } from "./profile";
+import { SurfaceRegion } from "./region";
 
 export function SurfaceCard({ state }: { state: TeachState }) {
   const { api } = useApp();

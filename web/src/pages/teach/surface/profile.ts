@@ -1,8 +1,8 @@
 /** The surface profile of a part: what is entered for it, and the characteristic that it becomes. */
 
-import type { Schemas } from "../../api/client";
-import type { Box } from "../../scene/cloud/cloud";
-import type { Characteristic } from "./draft";
+import type { Schemas } from "../../../api/client";
+import type { Box } from "../../../scene/cloud/cloud";
+import type { Characteristic } from "../draft";
 
 export type Model = Schemas["ModelDto"];
 

@@ -1,13 +1,13 @@
 /** State of the form for a surface profile: stored models, upload, and what is entered. */
 
 import { batch, computed, signal } from "@preact/signals";
-import { type Api, data, idempotencyKey } from "../../api/client";
-import type { Box } from "../../scene/cloud/cloud";
-import { AXES } from "../../scene/cloud/space";
-import { Command } from "../../state/station/command";
-import { idFault } from "./draft";
-import { type Model, NO_POSE, proposedPose, type StartPose, surfaceProfile } from "./surface_profile";
-import type { TeachState } from "./teach_state";
+import { type Api, data, idempotencyKey } from "../../../api/client";
+import type { Box } from "../../../scene/cloud/cloud";
+import { AXES } from "../../../scene/cloud/space";
+import { Command } from "../../../state/station/command";
+import { idFault } from "../draft";
+import type { TeachState } from "../teach_state";
+import { type Model, NO_POSE, proposedPose, type StartPose, surfaceProfile } from "./profile";
 
 /** Models offered, newest first. */
 const OFFERED = 200;

@@ -1,11 +1,11 @@
 /** The part of a CAD model that is toleranced: a box in the frame of the model. */
 
-import type { Form } from "../../components/fields/form";
-import { NumberField } from "../../components/fields/number_field";
-import type { Box } from "../../scene/cloud/cloud";
-import { text } from "../../text";
-import type { SurfaceDraft } from "./surface_draft";
-import { boundsOf, withCoordinate } from "./surface_profile";
+import type { Form } from "../../../components/fields/form";
+import { NumberField } from "../../../components/fields/number_field";
+import type { Box } from "../../../scene/cloud/cloud";
+import { text } from "../../../text";
+import type { SurfaceDraft } from "./draft";
+import { boundsOf, withCoordinate } from "./profile";
 
 const ENDS = ["min", "max"] as const;
 const AXES = ["x", "y", "z"] as const;
