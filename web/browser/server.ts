@@ -76,7 +76,7 @@ export class Server {
     return await Server.on(this.folder, new URL(this.url).host, this.args);
   }
 
-  /** Ends the process and forgets its data. */
+  /** Ends the process and deletes its data. */
   async stop(): Promise<void> {
     await this.end("SIGTERM");
     rmSync(this.folder, { recursive: true, force: true });

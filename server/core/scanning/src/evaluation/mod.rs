@@ -236,7 +236,7 @@ fn comments(calibration: &Calibration, mut correlations_px: Vec<f64>, line_sigma
         format!("calibration {}", calibration.id),
         "units mm".into(),
         "frame part".into(),
-        format!("noise_correlation_px {}", correlation_px),
+        format!("noise_correlation_px {correlation_px}"),
         format!("line_sigma_mm {line_sigma_mm:.4}"),
     ]
 }

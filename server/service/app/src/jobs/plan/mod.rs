@@ -21,7 +21,8 @@ use crate::resources::scan_run::ScanRange;
 /// Plans a scan; `pace`: measured durations on this machine.
 ///
 /// # Errors
-/// A problem with the JSON pointer of the field and a remedy: a missing value, outside the travel, too fast, too many points.
+/// A problem with the JSON pointer of the field and a remedy: a missing value, outside the travel, too fast, too many
+/// points.
 pub fn plan(
     input: &ScanInput,
     calibration: &Calibration,
