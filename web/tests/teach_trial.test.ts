@@ -1,9 +1,10 @@
 /** Teaching on a scan: what is shown is what the server says about the plan as it is. */
 
 import { expect, test, vi } from "vitest";
+import type { Schemas } from "../src/api/client";
 import type { App } from "../src/app";
 import type { Scan } from "../src/pages/result/scan_record";
-import type { Evaluation, Plan } from "../src/pages/teach/draft";
+import { EMPTY_PLAN, type Evaluation, type Plan } from "../src/pages/teach/draft";
 import { TeachState } from "../src/pages/teach/teach_state";
 
 interface Call {
@@ -17,14 +18,14 @@ interface Call {
 /** A server whose answers are given by the test. */
 function server() {
   const calls: Call[] = [];
-  const POST = (path: string, { body, signal }: { body: Call["body"]; signal?: AbortSignal }) =>
+  const request = (path: string, { body, signal }: { body?: Call["body"]; signal?: AbortSignal }) =>
     new Promise((resolve, reject) => {
       const reply = (status: number, part: object) =>
         resolve({ response: new Response(null, { status }), ...part });
       signal?.addEventListener("abort", () => reject(new DOMException("aborted", "AbortError")));
       calls.push({
         path: path.split("/").at(-1) ?? "",
-        body,
+        body: body ?? { plan: EMPTY_PLAN },
         signal,
         answer: (data) => reply(200, { data }),
         refuse: (detail) => reply(422, { error: { title: "Impossible", detail } }),
@@ -34,7 +35,7 @@ function server() {
     await vi.waitFor(() => expect(calls).toHaveLength(n));
     return calls[n - 1] as Call;
   };
-  return { api: { POST }, calls, last };
+  return { api: { GET: request, POST: request }, calls, last };
 }
 
 function taught(api: object) {
@@ -177,5 +178,27 @@ test("in a recipe that aligns the part, regions are in the datum frame of this s
   void state.measure.start();
   const box = { type: "box", min_mm: [4, 1, 0], max_mm: [8, 4, 5] };
   expect((await last(2)).body.plan.features[1]).toMatchObject({ shape: { select: { region: box } } });
+  end();
+});
+
+test("a reason that is typed while a version is being published is that of the next one", async () => {
+  const { api, last } = server();
+  const { state, end } = taught(api);
+  state.base.value = { id: "ball", version: 1, recipe: {} } as unknown as Schemas["NewestRecipeDto"];
+  state.reason.value = "first article";
+  const published = state.publish.start();
+  const version = await last(1);
+  expect(version.body).toMatchObject({ reason: "first article" });
+  version.answer({ id: "ball", version: 2 });
+  const newest = await last(2);
+  expect(state.reason.value).toBe("");
+  state.reason.value = "wider fit";
+  newest.answer({ id: "ball", version: 2, recipe: {} });
+  expect(await published).toBe(true);
+  expect([state.reason.value, state.published.value?.version, state.base.value?.version]).toEqual([
+    "wider fit",
+    2,
+    2,
+  ]);
   end();
 });

@@ -188,9 +188,10 @@ export class TeachState {
       path: { id: base.id },
       header: { "Idempotency-Key": idempotencyKey(), "If-Match": `"${base.version}"` },
     };
-    const body = { to_version, reason: this.reason.peek().trim() || default_reason };
+    const reason = this.reason.peek();
+    const body = { to_version, reason: reason.trim() || default_reason };
     await data(this.app.api.POST("/api/v1/recipes/{id}/roll-back", { params, body }));
-    this.reason.value = "";
+    this.clearReason(reason);
     await this.start(base.id);
   }
 
@@ -283,23 +284,31 @@ export class TeachState {
   private async publishPlan(): Promise<void> {
     const { api } = this.app;
     const [base, plan, reason] = [this.base.peek(), this.plan.peek(), this.reason.peek()];
+    const [new_id, name] = [this.new_id.peek(), this.name.peek()];
     const header = { "Idempotency-Key": idempotencyKey() };
-    if (base) {
-      const recipe = { ...base.recipe, plan };
-      const params = { path: { id: base.id }, header: { ...header, "If-Match": `"${base.version}"` } };
-      this.published.value = await data(
-        api.POST("/api/v1/recipes/{id}/versions", { params, body: { reason, recipe } }),
-      );
-    } else {
-      const id = this.new_id.peek();
-      const recipe = { name: this.name.peek() || id, scan: settingsOf(this.scan.plan), plan };
-      this.published.value = await data(
-        api.POST("/api/v1/recipes", { params: { header }, body: { id, reason, recipe } }),
-      );
-    }
+    const version = base
+      ? await data(
+          api.POST("/api/v1/recipes/{id}/versions", {
+            params: { path: { id: base.id }, header: { ...header, "If-Match": `"${base.version}"` } },
+            body: { reason, recipe: { ...base.recipe, plan } },
+          }),
+        )
+      : await data(
+          api.POST("/api/v1/recipes", {
+            params: { header },
+            body: { id: new_id, reason, recipe: { name: name || new_id, scan: settingsOf(this.scan.plan), plan } },
+          }),
+        );
+    batch(() => {
+      this.published.value = version;
+      this.clearReason(reason);
+    });
     // A further change is the next version of what was published.
-    const { id } = this.published.peek() ?? {};
-    if (id) this.base.value = await data(api.GET("/api/v1/recipes/{id}", { params: { path: { id } } }));
-    this.reason.value = "";
+    this.base.value = await data(api.GET("/api/v1/recipes/{id}", { params: { path: { id: version.id } } }));
+  }
+
+  /** Empties the field of a reason that was used; one that was typed meanwhile is for the next version. */
+  private clearReason(used: string): void {
+    if (this.reason.peek() === used) this.reason.value = "";
   }
 }
