@@ -31,9 +31,12 @@ pub fn main() -> ExitCode {
     };
     let reporter = Stderr::new(cli.output.quiet);
     let json_on_stdout = cli.output.json == Some(JsonTo::Stdout);
-    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| match &cli.output.json {
-        Some(JsonTo::File(path)) => answer.write_json(path).map(|()| answer),
-        _ => Ok(answer),
+    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| {
+        let answer = answer.with_warnings(&reporter.warnings());
+        match &cli.output.json {
+            Some(JsonTo::File(path)) => answer.write_json(path).map(|()| answer),
+            _ => Ok(answer),
+        }
     });
     match answer {
         Ok(answer) => {

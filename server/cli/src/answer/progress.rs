@@ -14,16 +14,22 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const FRACTION_TICKS: u64 = 1000;
 
 /// Reporter on stderr.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct Stderr {
     quiet: bool,
     terminal: bool,
+    warnings: Mutex<Vec<String>>,
 }
 
 impl Stderr {
     /// For this process.
     pub fn new(quiet: bool) -> Self {
-        Self { quiet, terminal: std::io::stderr().is_terminal() }
+        Self { quiet, terminal: std::io::stderr().is_terminal(), warnings: Mutex::default() }
+    }
+
+    /// The warnings so far, in order.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.lock().clone()
     }
 
     fn task(&self, title: &str, unit: &str, total: u64, template: &str) -> Box<dyn Task> {
@@ -53,6 +59,7 @@ impl Reporter for Stderr {
 
     fn warn(&self, text: &str) {
         eprintln!("warning: {text}");
+        self.warnings.lock().push(text.to_owned());
     }
 
     /// Never: on the command line, cancelling ends the process.

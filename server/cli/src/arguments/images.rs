@@ -1,5 +1,6 @@
 //! Commands on single images and pixels, and the board to print.
 
+use std::num::NonZeroU16;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -163,6 +164,10 @@ pub struct CentrelinesArgs {
     /// images and reported in the output).
     #[arg(long, value_name = "CHANNEL", default_value_t)]
     pub channel: ChannelChoice,
+    /// Grey level of a saturated pixel in images of 16 bits, such as 4095 for a sensor with 12 (default: that of a sensor
+    /// with the bits that all images use).
+    #[arg(long, value_name = "LEVEL")]
+    pub white_level: Option<NonZeroU16>,
     /// Laser-off images, subtracted before lines are detected: one for all images, or one per image in the same order.
     #[arg(long, value_name = "IMAGE", num_args = 1..)]
     pub background: Vec<PathBuf>,
@@ -176,7 +181,8 @@ pub struct CentrelinesArgs {
     /// Minimum number of points of a line segment.
     #[arg(long, value_name = "POINTS", default_value_t = 1)]
     pub min_length: usize,
-    /// Minimum median contrast of a segment, in grey levels; default 4 of 255 for JPEG, else 0.
+    /// Minimum median contrast of a segment, in grey levels (of 255, or of 65535 in images of 16 bits, to which the white
+    /// level is scaled); default 4 of 255 for JPEG, else 0.
     #[arg(long, value_name = "LEVELS")]
     pub min_contrast: Option<f32>,
 }

@@ -7,7 +7,7 @@ use time::OffsetDateTime;
 use crate::answer::output::write_file;
 use crate::arguments::{CalibrateArgs, SettingsArgs};
 use crate::commands::Answer;
-use crate::commands::images::centrelines::{channel_json, channel_text};
+use crate::commands::images::centrelines::{channel_json, levels_text, white_level_json};
 use crate::commands::service::config::effective_of;
 use pipeline::Reporter;
 use pipeline::{Calibrated, calibrate_features, open_capture, read_features};
@@ -40,7 +40,7 @@ pub fn run(args: &CalibrateArgs, reporter: &dyn Reporter) -> Result<Answer, Fail
         )?;
         write_file(path, html.as_bytes())?;
     }
-    let mut text = channel_text(&capture);
+    let mut text = levels_text(&capture);
     text.push_str(&calibration_text(&result, &document.calibration.id));
     text.push_str(&format!("\ncalibration {} → {}\n", document.calibration.id, args.output.display()));
     if let Some(path) = &args.report {
@@ -54,6 +54,7 @@ pub fn run(args: &CalibrateArgs, reporter: &dyn Reporter) -> Result<Answer, Fail
     json["report_file"] = json!(args.report);
     json["certificate_file"] = json!(args.certificate);
     json["channel"] = channel_json(capture.laser_channel());
+    json["white_level"] = white_level_json(capture.white_level());
     json["left_out"] = json!(features.left_out);
     Ok(Answer::done(text, json))
 }

@@ -43,6 +43,19 @@ impl Answer {
         Self { text, json, exit: Exit::Done }
     }
 
+    /// With the warnings that were printed, in the JSON after those of the procedure itself.
+    pub fn with_warnings(mut self, warnings: &[String]) -> Self {
+        if let (Some(json), false) = (self.json.as_object_mut(), warnings.is_empty()) {
+            let all = json.entry("warnings").or_insert_with(|| Value::Array(Vec::new()));
+            if let Some(all) = all.as_array_mut() {
+                let new = warnings.iter().map(|text| Value::from(text.as_str()));
+                let new: Vec<Value> = new.filter(|text| !all.contains(text)).collect();
+                all.extend(new);
+            }
+        }
+        self
+    }
+
     /// Prints the text; `false` if stdout is closed.
     pub fn print_text(&self) -> bool {
         write!(std::io::stdout().lock(), "{}", self.text).is_ok()

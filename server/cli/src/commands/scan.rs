@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::answer::output::write_file;
 use crate::arguments::ScanArgs;
 use crate::commands::Answer;
-use crate::commands::images::centrelines::{channel_json, channel_text};
+use crate::commands::images::centrelines::{channel_json, levels_text, white_level_json};
 use pipeline::Failure;
 use pipeline::Reporter;
 use pipeline::read_document;
@@ -33,12 +33,13 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
         .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
     let output = |report: &ScanReport, median_sigma_mm: f64| {
-        let mut text = channel_text(&capture);
+        let mut text = levels_text(&capture);
         text.push_str(&scan_text(&args.scan, report, median_sigma_mm));
         text.push_str(&format!("cloud → {}\n", args.output.display()));
         let mut json = scan_json(&args.scan, report, median_sigma_mm);
         json["calibration_id"] = json!(document.calibration.id);
         json["channel"] = channel_json(capture.laser_channel());
+        json["white_level"] = white_level_json(capture.white_level());
         json["output"] = json!(args.output);
         (text, json)
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use capture::ChannelChoice;
 use image::RgbImage;
-use vision::LineDirection;
+use vision::{LineDirection, WhiteLevel};
 
 use crate::answer::output::{create_folder, write_file};
 use pipeline::{Background, Directions, Failure, LineSearch, channel_of, lines_of};
@@ -55,9 +55,15 @@ pub fn with_lines(folder: &Path) -> Result<Vec<Photograph>, Failure> {
     SETS.iter()
         .map(|[on, off, what]| {
             let path = folder.join(on);
-            let background = Arc::new(Background::read(&folder.join(off))?);
+            let background = Arc::new(Background::read(&folder.join(off), WhiteLevel::FULL)?);
             let images = std::slice::from_ref(&path);
-            let laser = channel_of(ChannelChoice::Auto, images, |_| Ok(Some(background.clone())), directions);
+            let laser = channel_of(
+                ChannelChoice::Auto,
+                images,
+                WhiteLevel::FULL,
+                |_| Ok(Some(background.clone())),
+                directions,
+            );
             let found = lines_of(&path, Some(&background), &LineSearch::of(laser.channel, directions))?;
             let n_points: usize = found.lines.segments.iter().map(|segment| segment.points.len()).sum();
             let longest = found.lines.segments.iter().map(|segment| segment.points.len()).max().unwrap_or(0);

@@ -283,6 +283,12 @@ pub enum CaptureError {
         /// Its depth.
         first_bits: u32,
     },
+    /// A white level for images of 8 bits, in which it is 255.
+    #[error("{}: camera.white_level is given, but the images have 8 bits", file.display())]
+    WhiteLevelOfEightBits {
+        /// The manifest.
+        file: PathBuf,
+    },
     /// A scan that the capture does not contain.
     #[error("{} has no scan \"{name}\"", file.display())]
     UnknownScan {
@@ -330,6 +336,7 @@ impl Remedy for CaptureError {
                 "restore the original image or correct camera.width_px and camera.height_px".into()
             }
             Self::MixedBitDepth { .. } => "record the whole capture with one bit depth".into(),
+            Self::WhiteLevelOfEightBits { .. } => "remove it: white is 255 in images of 8 bits".into(),
             Self::UnknownScan { available, .. } => format!("choose one of {available:?}").into(),
             Self::ImageUnusable { cause, .. } => return cause.remedy(),
         })

@@ -4,13 +4,13 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use vision::{CameraImage, CentrelineParams, GreyImage, scene_change};
+use vision::{CameraImage, CentrelineParams, GreyImage, WhiteLevel, scene_change};
 
 use crate::channel::{ChannelBasis, LaserChannel};
 use crate::checks::check_values;
 use crate::contained_path::{links_outside, reason_outside};
 use crate::error::CaptureError;
-use crate::image_file::{Photograph, read_header, read_photograph};
+use crate::image_file::{Photograph, read_header, read_photograph, white_level_of};
 use crate::json_text::{entry_at, entry_ended_at, first_not_finite};
 use crate::known_keys::unknown_keys;
 use crate::manifest::{Manifest, Scan};
@@ -32,8 +32,12 @@ pub struct Capture {
     pub warnings: Vec<String>,
     /// Whether any file has colour.
     has_colour: bool,
+    /// Bits per sample of the files, 8 or 16.
+    bits: u32,
     /// Selected on first use.
     channel: OnceLock<LaserChannel>,
+    /// Determined on first use.
+    white_level: OnceLock<WhiteLevel>,
 }
 
 /// An image the manifest names.
@@ -63,6 +67,8 @@ pub struct LaserImage {
 /// Properties of a capture's images, from their headers.
 struct FileSummary {
     has_colour: bool,
+    /// Bits per sample of each; 8 without any file.
+    bits: u32,
     /// Of every JPEG.
     jpeg_qualities: Vec<u8>,
 }
@@ -91,10 +97,11 @@ impl Capture {
         let manifest = parse(&file, &text)?;
         check_values(&file, &manifest)?;
         let warnings = warnings(&file, &text)?;
-        let (has_colour, channel) = (false, OnceLock::new());
-        let mut capture = Self { folder: folder.to_owned(), manifest, warnings, has_colour, channel };
-        let FileSummary { has_colour, jpeg_qualities } = capture.check_files()?;
-        capture.has_colour = has_colour;
+        let (has_colour, bits, channel, white_level) = (false, 8, OnceLock::new(), OnceLock::new());
+        let folder = folder.to_owned();
+        let mut capture = Self { folder, manifest, warnings, has_colour, bits, channel, white_level };
+        let FileSummary { has_colour, bits, jpeg_qualities } = capture.check_files()?;
+        (capture.has_colour, capture.bits) = (has_colour, bits);
         let warning = lossy_warning(&jpeg_qualities).map(|warning| format!("{}: {warning}", file.display()));
         capture.warnings.extend(warning);
         Ok(capture)
@@ -123,7 +130,7 @@ impl Capture {
         }
     }
 
-    /// Reads the image `path` named by `entry`, with all its colours.
+    /// Reads the image `path` named by `entry`, with all its colours; white is full scale ([`Capture::white_level`]).
     ///
     /// # Errors
     /// As [`Capture::image`].
@@ -132,7 +139,20 @@ impl Capture {
         self.check_path(&named)?;
         let photograph = read_photograph(&self.folder.join(path)).map_err(|cause| named.unusable(cause))?;
         self.check_size(&named, photograph.image.width(), photograph.image.height())?;
-        Ok(photograph)
+        Ok(photograph.scaled(self.white_level()))
+    }
+
+    /// The white level of the images: from the manifest, or that of a sensor with the bits that all images use,
+    /// determined on first use.
+    pub fn white_level(&self) -> WhiteLevel {
+        *self.white_level.get_or_init(|| match (self.bits, self.manifest.camera.white_level) {
+            (8, _) => WhiteLevel::FULL,
+            (_, Some(level)) => WhiteLevel::new(level.get()),
+            (_, None) => {
+                let files: Vec<PathBuf> = self.files().iter().map(|file| self.folder.join(&file.path)).collect();
+                white_level_of(&files)
+            }
+        })
     }
 
     /// The channel in which the images show the laser: from the manifest, or selected from some of the images on
@@ -298,7 +318,11 @@ impl Capture {
                 });
             }
         }
-        Ok(FileSummary { has_colour, jpeg_qualities })
+        let bits = first.map_or(8, |(_, bits)| bits);
+        if bits == 8 && !files.is_empty() && self.manifest.camera.white_level.is_some() {
+            return Err(CaptureError::WhiteLevelOfEightBits { file: self.manifest_path() });
+        }
+        Ok(FileSummary { has_colour, bits, jpeg_qualities })
     }
 
     /// Checks that the file exists and is inside the folder.

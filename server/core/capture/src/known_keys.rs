@@ -8,7 +8,7 @@ struct Known {
     below: &'static [(&'static str, &'static Known)],
 }
 
-const CAMERA: Known = Known { keys: &["width_px", "height_px", "channel"], below: &[] };
+const CAMERA: Known = Known { keys: &["width_px", "height_px", "channel", "white_level"], below: &[] };
 const TARGET: Known = Known {
     keys: &[
         "kind",

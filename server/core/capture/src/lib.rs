@@ -23,7 +23,8 @@ pub use channel::{ChannelBasis, ChannelChoice, LaserChannel};
 pub use error::CaptureError;
 pub use folder::{Capture, LaserImage, NamedFile, lossy_warning, write_manifest};
 pub use image_file::{
-    ImageFileError, ImageHeader, Photograph, read_grey_image, read_photograph, sha256_of, write_png,
+    ImageFileError, ImageHeader, Photograph, read_grey_image, read_photograph, sha256_of, white_level_of,
+    write_png,
 };
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{CrossProjector, GratingProjector, PlanesProjector, Projector, ProjectorError};

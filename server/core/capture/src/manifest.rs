@@ -1,5 +1,6 @@
 //! `capture.json`: the manifest of a capture folder.
 
+use std::num::NonZeroU16;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -37,7 +38,7 @@ pub struct Manifest {
     pub scans: Vec<Scan>,
 }
 
-/// Size of every image of the capture, and the channel used of colour images.
+/// Size of every image of the capture, the channel used of colour images and the white level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraFormat {
     /// Columns.
@@ -47,6 +48,16 @@ pub struct CameraFormat {
     /// The channel in which colour images show the laser.
     #[serde(default, skip_serializing_if = "ChannelChoice::is_auto")]
     pub channel: ChannelChoice,
+    /// The grey level of a saturated pixel in images of 16 bits; by default that of a sensor with the bits they use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub white_level: Option<NonZeroU16>,
+}
+
+impl CameraFormat {
+    /// Of this size; channel and white level are determined from the images.
+    pub fn of_size(width_px: usize, height_px: usize) -> Self {
+        Self { width_px, height_px, channel: ChannelChoice::Auto, white_level: None }
+    }
 }
 
 /// One board pose.

@@ -28,6 +28,9 @@ pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, F
     if capture.laser_channel().basis != ChannelBasis::GreyImages {
         reporter.note(&capture.laser_channel().to_string());
     }
+    if !capture.white_level().is_full() {
+        reporter.note(&format!("white level {}", capture.white_level().level()));
+    }
     Ok(capture)
 }
 

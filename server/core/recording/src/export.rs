@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, write_manifest, write_png};
+use capture::{CameraFormat, Frame, Manifest, Scan, write_manifest, write_png};
 
 use crate::error::RecordingError;
 use crate::file::RecordingFile;
@@ -58,7 +58,7 @@ pub fn export(
         folder,
         &Manifest {
             format: capture::params::FORMAT.to_owned(),
-            camera: CameraFormat { width_px, height_px, channel: ChannelChoice::Auto },
+            camera: CameraFormat::of_size(width_px, height_px),
             target: recording.header.target.clone(),
             projector: recording.header.projector.clone(),
             stage: recording.header.stage,

@@ -144,6 +144,11 @@ impl GreyImage {
         &self.pixels
     }
 
+    /// The grey levels, row-major, without the image.
+    pub fn into_pixels(self) -> Pixels {
+        self.pixels
+    }
+
     /// The grey levels, row-major, for modification in place.
     pub fn levels_mut(&mut self) -> LevelsMut<'_> {
         match &mut self.pixels {
@@ -175,6 +180,11 @@ impl GreyImage {
             Pixels::Eight(p) => f32::from(p[idx]),
             Pixels::Sixteen(p) => f32::from(p[idx]),
         }
+    }
+
+    /// Whether column `u`, row `v` is at full scale; both must be inside the image.
+    pub fn is_saturated(&self, u: usize, v: usize) -> bool {
+        self.at(u, v) >= self.full_scale()
     }
 
     /// The transposed image: columns become rows.

@@ -15,6 +15,7 @@ pub mod image;
 pub mod laser_channel;
 pub mod params;
 mod scene_change;
+pub mod white_level;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
@@ -28,4 +29,5 @@ pub use corners::{
 pub use dark_frame::{Correction, DarkFrame, DarkFrameAccumulator, DarkFrameError, DarkFrameStatistics};
 pub use image::{GreyImage, ImageError, LevelsMut, Pixels};
 pub use laser_channel::{ChannelScore, laser_channel};
-pub use scene_change::{SceneChange, scene_change};
+pub use scene_change::{SceneChange, SceneComparison, scene_change};
+pub use white_level::WhiteLevel;

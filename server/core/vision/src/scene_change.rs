@@ -16,6 +16,9 @@ const DARKER: f32 = 6.0 / 255.0;
 const DARKER_FRACTION: f64 = 0.005;
 /// Ratio of ambient brightness below which a change is reported.
 const DIMMER: f32 = 0.9;
+/// Ratio of ambient brightness above which its remainder is reported: stray light of the laser alone reaches 1.2 on a
+/// white board.
+const BRIGHTER: f32 = 1.25;
 /// Smallest contrast of the background, as a fraction of full scale, from which the gain is estimated; noise has less.
 const CONTRAST: f32 = 0.04;
 /// Smallest brightness, as a fraction of full scale, from which an image without contrast shows the ambient brightness.
@@ -59,21 +62,43 @@ impl fmt::Display for SceneChange {
     }
 }
 
-/// Compares the two images: with the laser on no area is darker, unless something moved or ambient light became dimmer.
-/// Dimmer ambient light, other stray light or another black level change the image by one gain and one offset; another
-/// pose does not. `None` if the scene is unchanged.
+/// Change between the images with the laser off and on; `None` if the scene is unchanged.
 pub fn scene_change(on: &CameraImage, off: &CameraImage) -> Option<SceneChange> {
-    let (on, off) = (on.channel(Channel::Luma), off.channel(Channel::Luma));
-    let full = on.full_scale();
-    let blocks: Vec<[f32; 2]> = block_means(&off).into_iter().zip(block_means(&on)).map(|(a, b)| [a, b]).collect();
-    let ambient = AmbientModel::of(&blocks, full);
-    let darker = blocks.iter().filter(|[off, on]| ambient.at(*off).min(*off) - on > DARKER * full).count();
-    let darker_fraction = darker as f64 / blocks.len().max(1) as f64;
-    if darker_fraction > DARKER_FRACTION {
-        return Some(SceneChange::PoseChanged { darker_fraction });
+    SceneComparison::of(on, off).change
+}
+
+/// Comparison of the images with the laser off and on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SceneComparison {
+    /// Because of which they cannot be subtracted.
+    pub change: Option<SceneChange>,
+    /// Ratio of ambient light, laser on over off, if much of it remains after subtraction: the lamp became brighter, or
+    /// the laser itself lights the surroundings.
+    pub brighter: Option<f32>,
+}
+
+impl SceneComparison {
+    /// Compares the two images: with the laser on no area is darker, unless something moved or ambient light became
+    /// dimmer. Other ambient light, stray light or another black level change the image by one gain and one offset;
+    /// another pose does not.
+    pub fn of(on: &CameraImage, off: &CameraImage) -> Self {
+        let (on, off) = (on.channel(Channel::Luma), off.channel(Channel::Luma));
+        let full = on.full_scale();
+        let blocks: Vec<[f32; 2]> =
+            block_means(&off).into_iter().zip(block_means(&on)).map(|(a, b)| [a, b]).collect();
+        let ambient = AmbientModel::of(&blocks, full);
+        let darker = blocks.iter().filter(|[off, on]| ambient.at(*off).min(*off) - on > DARKER * full).count();
+        let darker_fraction = darker as f64 / blocks.len().max(1) as f64;
+        if darker_fraction > DARKER_FRACTION {
+            return Self { change: Some(SceneChange::PoseChanged { darker_fraction }), brighter: None };
+        }
+        let ratio = ambient.ratio(&blocks, full);
+        let is_brighter = ambient.gain > BRIGHTER && (ambient.gain - 1.0) * ambient.contrast > DARKER * full;
+        Self {
+            change: (ratio < DIMMER).then_some(SceneChange::DimmerAmbient { ratio }),
+            brighter: is_brighter.then_some(ambient.gain),
+        }
     }
-    let ratio = ambient.ratio(&blocks, full);
-    (ratio < DIMMER).then_some(SceneChange::DimmerAmbient { ratio })
 }
 
 /// Ambient light with the laser on as a function of that with the laser off: gain · light + offset.
@@ -81,6 +106,8 @@ pub fn scene_change(on: &CameraImage, off: &CameraImage) -> Option<SceneChange> 
 struct AmbientModel {
     gain: f32,
     offset: f32,
+    /// Brightest minus darkest blocks of the background, without the extremes.
+    contrast: f32,
 }
 
 impl AmbientModel {
@@ -94,35 +121,23 @@ impl AmbientModel {
         let middle = |of: &dyn Fn(&[f32; 2]) -> Option<f32>| {
             median(&mut blocks.iter().filter_map(of).collect::<Vec<f32>>()).unwrap_or(0.0)
         };
-        if bright - dark < CONTRAST * full_scale {
-            return Self { gain: 1.0, offset: middle(&|[off, on]| Some(on - off)) };
+        let contrast = bright - dark;
+        if contrast < CONTRAST * full_scale {
+            return Self { gain: 1.0, offset: middle(&|[off, on]| Some(on - off)), contrast };
         }
         let half_way = 0.5 * (dark + bright);
         let of_darker = |of: usize| middle(&|block| (block[0] <= half_way).then_some(block[of]));
         let of_brighter = |of: usize| middle(&|block| (block[0] > half_way).then_some(block[of]));
         let gain = (of_brighter(1) - of_darker(1)) / (of_brighter(0) - of_darker(0));
-        let mut ambient = Self { gain, offset: of_darker(1) - gain * of_darker(0) };
+        let mut ambient = Self { gain, offset: of_darker(1) - gain * of_darker(0), contrast };
         for _ in 0..FIT_ROUNDS {
             let sigma = middle(&|[off, on]| Some((on - ambient.at(*off)).abs())) / MAD_PER_SIGMA;
             let reach = (FOLLOW_SIGMAS * sigma).max(DARKER * full_scale);
             let follows = |block: &&[f32; 2]| (block[1] - ambient.at(block[0])).abs() <= reach;
-            let Some(next) = Self::through(blocks.iter().filter(follows)) else { break };
-            ambient = next;
+            let Some((gain, offset)) = line_through(blocks.iter().filter(follows)) else { break };
+            ambient = Self { gain, offset, contrast };
         }
         ambient
-    }
-
-    /// Least squares; `None` if all blocks have the same level.
-    fn through<'a>(blocks: impl Iterator<Item = &'a [f32; 2]> + Clone) -> Option<Self> {
-        let n = blocks.clone().count() as f64;
-        let mean = |of: usize| blocks.clone().map(|block| f64::from(block[of])).sum::<f64>() / n;
-        let [off_mean, on_mean] = [0, 1].map(mean);
-        let (spread, lean) = blocks.clone().fold((0.0, 0.0), |(spread, lean), [off, on]| {
-            let apart = f64::from(*off) - off_mean;
-            (spread + apart * apart, lean + apart * (f64::from(*on) - on_mean))
-        });
-        let gain = lean / spread;
-        gain.is_finite().then_some(Self { gain: gain as f32, offset: (on_mean - gain * off_mean) as f32 })
     }
 
     /// Predicted level with the laser on where it is `off` with the laser off.
@@ -137,6 +152,19 @@ impl AmbientModel {
         let bright = off.get(off.len() * 9 / 10).filter(|bright| **bright > BRIGHT * full_scale);
         bright.map_or(self.gain, |bright| self.gain.min(self.at(*bright) / bright)).min(1.0)
     }
+}
+
+/// Gain and offset by least squares; `None` if all blocks have the same level.
+fn line_through<'a>(blocks: impl Iterator<Item = &'a [f32; 2]> + Clone) -> Option<(f32, f32)> {
+    let n = blocks.clone().count() as f64;
+    let mean = |of: usize| blocks.clone().map(|block| f64::from(block[of])).sum::<f64>() / n;
+    let [off_mean, on_mean] = [0, 1].map(mean);
+    let (spread, lean) = blocks.clone().fold((0.0, 0.0), |(spread, lean), [off, on]| {
+        let apart = f64::from(*off) - off_mean;
+        (spread + apart * apart, lean + apart * (f64::from(*on) - on_mean))
+    });
+    let gain = lean / spread;
+    gain.is_finite().then_some((gain as f32, (on_mean - gain * off_mean) as f32))
 }
 
 fn block_means(image: &GreyImage) -> Vec<f32> {
@@ -205,6 +233,17 @@ mod tests {
             let on = scene_image([20, 20], (gain, offset), true, 2);
             let change = scene_change(&on, &scene_image([20, 20], UNCHANGED, false, 1));
             assert!(matches!(change, Some(SceneChange::DimmerAmbient { .. })), "{gain} {offset}: {change:?}");
+        }
+    }
+
+    #[test]
+    fn ambient_light_that_remains_after_subtraction_is_told_with_its_ratio() {
+        let off = scene_image([20, 20], UNCHANGED, false, 1);
+        for (gain, is_told) in [(1.0, false), (1.15, false), (1.4, true), (1.5, true), (2.0, true)] {
+            let compared = SceneComparison::of(&scene_image([20, 20], (gain, 3.0), true, 2), &off);
+            assert_eq!(compared.change, None, "{gain}");
+            assert_eq!(compared.brighter.is_some(), is_told, "{gain}: {compared:?}");
+            assert!(compared.brighter.is_none_or(|ratio| (ratio - gain).abs() < 0.05), "{gain}: {compared:?}");
         }
     }
 

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use capture::{Capture, ChannelBasis, LaserChannel, lossy_warning};
+use capture::{Capture, ChannelBasis, LaserChannel, lossy_warning, white_level_of};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use vision::{Centrelines, ChannelScore};
+use vision::{Centrelines, ChannelScore, WhiteLevel};
 
 use crate::answer::exit::Exit;
 use crate::answer::output::{create_folder, file_names_after, write_file};
@@ -21,7 +21,7 @@ const OVERLAY_SUFFIX: &str = "-lines.png";
 
 /// Extracts the lines of every image; findings about an image are reported as warnings.
 pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
-    let Job { images, backgrounds } = Job::new(args)?;
+    let Job { images, backgrounds, white_level } = Job::new(args)?;
     let csv_folder = args.csv.as_ref().or(args.output.as_ref());
     let overlay_folder = args.overlay.as_ref().or(args.output.as_ref());
     for folder in [csv_folder, overlay_folder].into_iter().flatten() {
@@ -31,9 +31,10 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let ending = if args.overlay.is_some() { ".png" } else { OVERLAY_SUFFIX };
     let overlay_paths = overlay_folder.map(|folder| paths_in(folder, &images, ending));
     let directions = args.direction.into();
-    let laser = channel_of(args.channel, &images, |idx| backgrounds.of(idx), directions);
+    let laser = channel_of(args.channel, &images, white_level, |idx| backgrounds.of(idx), directions);
     let search = LineSearch {
         channel: laser.channel,
+        white_level,
         method: args.method.into(),
         directions,
         region: args.roi.map(Into::into),
@@ -55,7 +56,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
         .collect();
     drop(task);
     let path_of = |paths: &Option<Vec<PathBuf>>, idx: usize| paths.as_ref().map(|paths| paths[idx].clone());
-    let mut text = format!("{laser}\n");
+    let mut text = format!("{laser}\n{}", white_level_text(white_level));
     let mut entries: Vec<Value> = Vec::new();
     let (mut failures, mut n_points, mut has_light, mut qualities) = (Vec::new(), 0, false, Vec::new());
     for (idx, (image, result)) in images.iter().zip(found).enumerate() {
@@ -88,7 +89,12 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     if let Some(warning) = lossy_warning(&qualities) {
         reporter.warn(&format!("{warning}; segments of low contrast are ignored (--min-contrast)"));
     }
-    let mut answer = with_failures(text, json!({ "channel": channel_json(&laser) }), entries, &failures);
+    let mut answer = with_failures(
+        text,
+        json!({ "channel": channel_json(&laser), "white_level": white_level_json(white_level) }),
+        entries,
+        &failures,
+    );
     if answer.exit == Exit::Done && n_points == 0 && has_light {
         answer.exit = Exit::Unobservable;
     }
@@ -99,14 +105,15 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
 struct Job {
     images: Vec<PathBuf>,
     backgrounds: Backgrounds,
+    white_level: WhiteLevel,
 }
 
 enum Backgrounds {
     None,
     /// One for all images.
     One(Arc<Background>),
-    /// One per image, read when it is needed.
-    Each(Vec<PathBuf>),
+    /// One per image, read when it is needed, with this white level.
+    Each(Vec<PathBuf>, WhiteLevel),
 }
 
 impl Backgrounds {
@@ -114,29 +121,37 @@ impl Backgrounds {
         match self {
             Self::None => Ok(None),
             Self::One(background) => Ok(Some(background.clone())),
-            Self::Each(paths) => Background::read(&paths[idx]).map(|background| Some(Arc::new(background))),
+            Self::Each(paths, white) => {
+                Background::read(&paths[idx], *white).map(|background| Some(Arc::new(background)))
+            }
         }
     }
 }
 
 impl Job {
     fn new(args: &CentrelinesArgs) -> Result<Self, Failure> {
+        let white_level_of = |images: &[PathBuf], off: &[PathBuf]| match args.white_level {
+            Some(level) => WhiteLevel::new(level.get()),
+            None => white_level_of(&[images, off].concat()),
+        };
         if let Some(list) = &args.pairs {
             let (images, off) = read_pairs(list)?;
-            return Ok(Self { images, backgrounds: Backgrounds::Each(off) });
+            let white_level = white_level_of(&images, &off);
+            return Ok(Self { images, backgrounds: Backgrounds::Each(off, white_level), white_level });
         }
         let images = args.images.clone();
+        let white_level = white_level_of(&images, &args.background);
         let backgrounds = match &args.background[..] {
             [] => Backgrounds::None,
-            [one] => Backgrounds::One(Arc::new(Background::read(one)?)),
-            each if each.len() == images.len() => Backgrounds::Each(each.to_vec()),
+            [one] => Backgrounds::One(Arc::new(Background::read(one, white_level)?)),
+            each if each.len() == images.len() => Backgrounds::Each(each.to_vec(), white_level),
             each => {
                 let what = format!("{} images and {} backgrounds", images.len(), each.len());
                 return Err(Failure::new(pipeline::FailureKind::BadParameter, what)
                     .remedy("give one background for all images, or one per image in the same order"));
             }
         };
-        Ok(Self { images, backgrounds })
+        Ok(Self { images, backgrounds, white_level })
     }
 }
 
@@ -196,10 +211,21 @@ impl ImageResult {
     }
 }
 
-/// The channel used for a colour capture, as one line; empty for grey images.
-pub fn channel_text(capture: &Capture) -> String {
+/// The channel used for a colour capture, and the white level of a sensor with fewer bits than its images, a line each.
+pub fn levels_text(capture: &Capture) -> String {
     let laser = capture.laser_channel();
-    if laser.basis == ChannelBasis::GreyImages { String::new() } else { format!("{laser}\n") }
+    let channel = if laser.basis == ChannelBasis::GreyImages { String::new() } else { format!("{laser}\n") };
+    channel + &white_level_text(capture.white_level())
+}
+
+/// The white level as one line, where it is not that of 16 bits.
+fn white_level_text(white: WhiteLevel) -> String {
+    if white.is_full() { String::new() } else { format!("white level {}\n", white.level()) }
+}
+
+/// The white level of a sensor with fewer bits than its images; null if levels are used as they are.
+pub fn white_level_json(white: WhiteLevel) -> Value {
+    if white.is_full() { Value::Null } else { json!(white.level()) }
 }
 
 /// The channel as JSON, with the basis of its selection.

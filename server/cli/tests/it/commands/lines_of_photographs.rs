@@ -84,12 +84,19 @@ fn swapped_pairs_and_backgrounds_of_another_pose_are_reported() {
     let (off, of_other) = (file("off.png", &board), file("other.png", &other));
     let dimmer = GrayImage::from_fn(640, 512, |u, v| Luma([board.get_pixel(u, v).0[0] / 4 * 3]));
     let dimmer = file("dimmer.png", &together(&dimmer, &grey("laser/000.png")));
+    // Without a clipped pixel.
+    let times = |image: &GrayImage, eighths: u16| {
+        GrayImage::from_fn(640, 512, |u, v| Luma([(u16::from(image.get_pixel(u, v).0[0]) * eighths / 8) as u8]))
+    };
+    let dark = file("dark.png", &times(&board, 2));
+    let brighter = file("brighter.png", &together(&times(&board, 3), &times(&grey("laser/000.png"), 4)));
     let out = path(folder.path(), "out");
     for (on, off, expected) in [
         (&on, &off, &[][..]),
         (&off, &on, &["swapped_pair"][..]),
         (&on, &of_other, &["background_of_another_pose"][..]),
         (&dimmer, &off, &["dimmer_room"][..]),
+        (&brighter, &dark, &["brighter_room"][..]),
     ] {
         let (result, _) = sheaf_json(&["centrelines", on, "--background", off, "-o", &out]);
         let mut found = kinds(&result["images"][0]);
@@ -142,14 +149,27 @@ fn a_capture_subtracts_backgrounds_and_reports_those_of_another_pose() {
     assert_eq!(named.as_array().unwrap().len(), 1, "{named:#}");
     let words = named[0].as_str().unwrap();
     assert!(words.contains("laser/000.png") && words.contains("another pose"), "{words}");
+    // The pair the wrong way round.
+    std::fs::rename(folder.path().join("laser/000.png"), folder.path().join("lit.png")).unwrap();
+    std::fs::copy(folder.path().join("off.png"), folder.path().join("laser/000.png")).unwrap();
+    set("pose", "lit.png");
+    let words = left_out()[0].as_str().unwrap_or_default().to_owned();
+    assert!(words.contains("laser/000.png") && words.contains("seem to be swapped"), "{words}");
     set("frame", "other.png");
     let (calibration, cloud) = (small_calibration().display().to_string(), path(folder.path(), "part.ply"));
-    let output = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
-    assert!(
-        err(&output).contains("scans[0].frames[0].image") && err(&output).contains("left out"),
-        "{}",
-        err(&output)
-    );
+    let (result, exit) =
+        sheaf_json(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
+    let words = result["warnings"].to_string();
+    assert!(exit == 0 && words.contains("scans[0].frames[0].image") && words.contains("left out"), "{result:#}");
+}
+
+#[test]
+fn a_capture_with_the_wrong_direction_says_which_one_its_lines_seem_to_have() {
+    let folder = copy_of_small();
+    edit_manifest(folder.path(), |manifest| manifest["projector"]["line_direction"] = "columns".into());
+    let (capture, output) = (path(folder.path(), ""), path(folder.path(), "cal.json"));
+    let words = err(&sheaf(&["calibrate", &capture, "-o", &output, "-q"]));
+    assert!(words.contains("lines seem to run along rows"), "{words}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Image files: reading of grey and colour images with limits on their size, writing of grey images.
 
 mod jpeg;
+mod white_level;
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -8,13 +9,16 @@ use std::io::{BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::metadata::Orientation;
 use image::{
     ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError as DecodeError,
     ImageFormat, ImageReader, Limits,
 };
 use remedy::Remedy;
 use sha2::{Digest, Sha256};
-use vision::{CameraImage, Channel, ColourImage, GreyImage, ImageError, Pixels};
+use vision::{CameraImage, Channel, ColourImage, GreyImage, ImageError, Pixels, WhiteLevel};
+
+pub use white_level::white_level_of;
 
 use crate::params::{DECODE_LIMIT_BYTES, IMAGE_LIMIT_PX};
 
@@ -127,7 +131,15 @@ pub struct Photograph {
     pub jpeg_quality: Option<u8>,
 }
 
-/// Reads any photograph: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour; transparency is ignored.
+impl Photograph {
+    /// With its levels scaled so that white is full scale.
+    pub fn scaled(self, white: WhiteLevel) -> Self {
+        Self { image: white.scaled(self.image), ..self }
+    }
+}
+
+/// Reads any photograph: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour; transparency is ignored. It is turned as
+/// its metadata say (EXIF).
 ///
 /// # Errors
 /// [`ImageFileError`] names the file and the remedy.
@@ -147,8 +159,20 @@ pub fn read_grey_image(path: &Path) -> Result<GreyImage, ImageFileError> {
 
 /// Reads the header of an image of a capture: exactly 8 or 16 bits.
 pub(crate) fn read_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
-    let (format, decoder) = open(path)?;
-    let (width_px, height_px) = decoder.dimensions();
+    let (format, mut decoder) = open(path)?;
+    let (width_px, height_px) = match orientation_of(path, &mut decoder)? {
+        Orientation::NoTransforms
+        | Orientation::Rotate180
+        | Orientation::FlipHorizontal
+        | Orientation::FlipVertical => decoder.dimensions(),
+        Orientation::Rotate90
+        | Orientation::Rotate270
+        | Orientation::Rotate90FlipH
+        | Orientation::Rotate270FlipH => {
+            let (width_px, height_px) = decoder.dimensions();
+            (height_px, width_px)
+        }
+    };
     let kind = decoder.original_color_type();
     let bits = match kind {
         ExtendedColorType::L1 | ExtendedColorType::L2 | ExtendedColorType::L4 => None,
@@ -235,8 +259,15 @@ fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFi
     Ok((format, decoder))
 }
 
-fn image_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<CameraImage, ImageFileError> {
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|cause| undecodable(path, cause))?;
+/// How the image must be turned to be seen as the camera was held; viewers and OpenCV do the same.
+fn orientation_of(path: &Path, decoder: &mut impl ImageDecoder) -> Result<Orientation, ImageFileError> {
+    decoder.orientation().map_err(|cause| undecodable(path, cause))
+}
+
+fn image_from_decoder(path: &Path, mut decoder: impl ImageDecoder) -> Result<CameraImage, ImageFileError> {
+    let orientation = orientation_of(path, &mut decoder)?;
+    let mut decoded = DynamicImage::from_decoder(decoder).map_err(|cause| undecodable(path, cause))?;
+    decoded.apply_orientation(orientation);
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let grey = |pixels| GreyImage::new(width, height, pixels).map(CameraImage::Grey);
     let colour = |pixels| ColourImage::new(width, height, pixels).map(CameraImage::from_colour);

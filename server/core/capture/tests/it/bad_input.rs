@@ -198,7 +198,7 @@ fn an_image_of_another_size_is_refused() {
 
 #[test]
 fn mixed_bit_depths_are_refused_and_16_bits_throughout_are_accepted() {
-    let levels: Vec<u16> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| idx as u16 * 300).collect();
+    let levels: Vec<u16> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| idx as u16 * 301).collect();
     let deep = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Sixteen(levels)).unwrap();
     let folder = folder_with(&valid_manifest());
     put(folder.path(), "scan/000.png", &deep);
@@ -209,6 +209,78 @@ fn mixed_bit_depths_are_refused_and_16_bits_throughout_are_accepted() {
     }
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.image("x", Path::new("scan/000.png")).unwrap(), deep);
+}
+
+/// The valid capture with every image of 16 bits, with these levels in turn.
+fn deep_capture(manifest: &serde_json::Value, levels: [u16; 3]) -> tempfile::TempDir {
+    let levels = levels.into_iter().cycle().take(WIDTH_PX * HEIGHT_PX).collect();
+    let deep = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Sixteen(levels)).unwrap();
+    let folder = folder_with(&valid_manifest());
+    let files = Capture::open(folder.path()).unwrap().files();
+    files.iter().for_each(|named| put(folder.path(), named.path.to_str().unwrap(), &deep));
+    std::fs::write(folder.path().join("capture.json"), manifest.to_string()).unwrap();
+    folder
+}
+
+#[test]
+fn levels_of_sensors_with_fewer_bits_are_scaled_to_full_scale() {
+    let read = |manifest: &serde_json::Value, levels: [u16; 3]| {
+        let folder = deep_capture(manifest, levels);
+        let capture = Capture::open(folder.path()).unwrap();
+        let image = capture.image("x", Path::new("scan/000.png")).unwrap();
+        (capture.white_level().level(), [0, 1, 2].map(|u| image.at(u, 0)))
+    };
+    let manifest = valid_manifest();
+    assert_eq!(read(&manifest, [0, 2048, 4095]), (4095, [0.0, 32_776.0, 65_535.0]), "12 bits, the lower ones");
+    assert_eq!(read(&manifest, [0, 16, 65_520]), (65_520, [0.0, 16.0, 65_535.0]), "12 bits, the upper ones");
+    assert_eq!(read(&manifest, [0, 1, 65_535]), (65_535, [0.0, 1.0, 65_535.0]), "16 bits");
+    // Every image counts: one alone may be dark.
+    let folder = deep_capture(&manifest, [0, 2048, 4095]);
+    let dark = Pixels::Sixteen(vec![800; WIDTH_PX * HEIGHT_PX]);
+    put(folder.path(), "board/000.png", &GreyImage::new(WIDTH_PX, HEIGHT_PX, dark).unwrap());
+    assert_eq!(Capture::open(folder.path()).unwrap().white_level().level(), 4095);
+
+    let mut stated = valid_manifest();
+    stated["camera"]["white_level"] = json!(4000);
+    assert_eq!(read(&stated, [0, 2000, 4095]), (4000, [0.0, 32_768.0, 65_535.0]));
+    let message = refusal(folder_with(&stated).path());
+    assert!(message.contains("camera.white_level") && message.contains("8 bits"), "{message}");
+}
+
+/// A JPEG with EXIF metadata that say how the camera was held (TIFF tag 0x0112).
+fn jpeg_of_orientation(image: &image::GrayImage, orientation: u8) -> Vec<u8> {
+    let mut jpeg = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut jpeg, ImageFormat::Jpeg).unwrap();
+    let jpeg = jpeg.into_inner();
+    let mut exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
+    exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+    let mut turned = jpeg[..2].to_vec();
+    turned.extend([0xFF, 0xE1]);
+    turned.extend((exif.len() as u16 + 2).to_be_bytes());
+    turned.extend(exif);
+    turned.extend(&jpeg[2..]);
+    turned
+}
+
+#[test]
+fn photographs_are_turned_as_their_metadata_say() {
+    // Bright at the left of the sensor.
+    let (width, height) = (WIDTH_PX as u32, HEIGHT_PX as u32);
+    let image = image::GrayImage::from_fn(height, width, |u, _| image::Luma([if u < 4 { 220 } else { 20 }]));
+    let mut manifest = valid_manifest();
+    manifest["poses"][0]["laser"] = json!("laser.jpg");
+    let folder = folder_with(&manifest);
+    let file = folder.path().join("laser.jpg");
+    let is_near = |level: f32, expected: f32| (level - expected).abs() < 12.0;
+    // 6: the camera was turned left, so that the image has to be turned right.
+    std::fs::write(&file, jpeg_of_orientation(&image, 6)).unwrap();
+    let capture = Capture::open(folder.path()).unwrap();
+    let turned = capture.image("poses[0].laser", Path::new("laser.jpg")).unwrap();
+    assert_eq!((turned.width(), turned.height()), (WIDTH_PX, HEIGHT_PX));
+    assert!(is_near(turned.at(8, 1), 220.0) && is_near(turned.at(8, 10), 20.0), "the left is above now");
+    std::fs::write(&file, jpeg_of_orientation(&image, 1)).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.contains("12×16"), "{message}");
 }
 
 #[test]

@@ -54,11 +54,13 @@ fn a_written_manifest_fits_the_schema() {
 #[test]
 fn schema_and_reader_refuse_the_same_manifests() {
     let schema = schema();
-    let broken: [(&str, Value); 27] = [
+    let broken: [(&str, Value); 29] = [
         ("/format", json!("sheaf-capture/2")),
         ("/camera/width_px", json!(0)),
         ("/camera/width_px", json!(12.5)),
         ("/camera", json!({"width_px": 16, "height_px": 12, "channel": "infrared"})),
+        ("/camera", json!({"width_px": 16, "height_px": 12, "white_level": 0})),
+        ("/camera", json!({"width_px": 16, "height_px": 12, "white_level": 70_000})),
         ("/target/kind", json!("hexagons")),
         ("/target", json!({"kind": "circles", "columns": 9, "rows": 7, "square_mm": 20})),
         ("/target/inner_rows", json!(1)),

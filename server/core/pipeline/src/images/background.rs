@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::read_photograph;
-use vision::CameraImage;
+use vision::{CameraImage, WhiteLevel};
 
 use crate::failure::Failure;
 
@@ -14,10 +14,10 @@ pub struct Background {
 }
 
 impl Background {
-    /// Reads the background.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    /// Reads the background, with `white` as full scale.
+    pub fn read(path: &Path, white: WhiteLevel) -> Result<Self, Failure> {
         let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
-        Ok(Self { path: path.to_owned(), image: photograph.image })
+        Ok(Self { path: path.to_owned(), image: photograph.scaled(white).image })
     }
 
     /// Laser on minus laser off, level by level, clamped at zero.

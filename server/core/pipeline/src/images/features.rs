@@ -1,17 +1,19 @@
 //! Extraction of corners and centrelines from the images of a capture, on all cores, with progress.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use calibration::{CalibrationInput, NominalGrating, NominalProjector, PoseInput, StageViewInput};
 use capture::{Capture, LaserImage, NominalPosition, Projector};
 use optics::StagePosition;
 use rayon::prelude::*;
-use vision::{BoardCorners, CentrelineExtractor, Centrelines, GreyImage};
+use vision::{BoardCorners, CentrelineExtractor, Centrelines};
 
 use crate::failure::Failure;
 use crate::images::board::{board_geometry, board_remedy, find_board};
-use crate::images::findings::{Finding, Findings, light_findings, scene_change_finding};
+use crate::images::findings::{Finding, Findings, findings_of, pair_findings};
 use crate::images::projected::{lines_in, without_lines};
+use crate::images::search::{Directions, LineSearch};
 use crate::progress::{Reporter, Task};
 
 /// The features for a calibration, and the images left out.
@@ -100,19 +102,47 @@ struct LaserLines {
 }
 
 impl LaserLines {
-    fn of(
-        image: &GreyImage,
-        projector: &Projector,
-        line: Option<i8>,
-        extractor: &mut CentrelineExtractor,
-    ) -> Self {
-        let lines = lines_in(image, projector, line, extractor);
-        let findings = match &lines[..] {
-            [only] => light_findings(image, only, only.direction, None).collect(),
-            // Each line of a cross would be light without points along the direction of the other.
-            _ => Vec::new(),
+    fn of(capture: &Capture, laser: &LaserImage, extractor: &mut CentrelineExtractor) -> Result<Self, Failure> {
+        let projector = &capture.manifest.projector;
+        let channel = capture.laser_channel().channel;
+        let photograph = capture.photograph(&laser.entry, &laser.path)?.image;
+        let off = match &laser.background {
+            Some((entry, path)) => Some(capture.photograph(entry, path)?.image),
+            None => None,
         };
-        Self { lines, findings }
+        let image = match &off {
+            Some(off) => capture.laser_light(&photograph, off),
+            None => photograph.channel(channel),
+        };
+        let mut lines = lines_in(&image, projector, laser.line, extractor);
+        for lines in &mut lines {
+            lines.mark_saturated((image.width(), image.height()), |u, v| photograph.is_saturated(u, v, channel));
+        }
+        let all = match &lines[..] {
+            [only] => Cow::Borrowed(only),
+            several => Cow::Owned(Centrelines {
+                segments: several.iter().flat_map(|lines| lines.segments.iter().cloned()).collect(),
+                ..Centrelines::default()
+            }),
+        };
+        let directions = match &lines[..] {
+            [only] => Directions::One(only.direction),
+            _ => Directions::Both,
+        };
+        let search = LineSearch::of(channel, directions);
+        let n_points = all.segments.iter().map(|segment| segment.points.len()).sum();
+        let pair = off.and_then(|off| pair_findings(&photograph, &off, n_points, &search));
+        if let Some(finding) = pair.as_ref().filter(|finding| finding.prevents_subtraction()) {
+            return Ok(Self { lines: without_lines(projector, laser.line), findings: vec![finding.clone()] });
+        }
+        let mut findings = findings_of(&image, &all, &search);
+        findings.extend(pair);
+        Ok(Self { lines, findings })
+    }
+
+    /// What prevents that the background is subtracted.
+    fn unusable(&self) -> Option<&Finding> {
+        self.findings.iter().find(|finding| finding.prevents_subtraction())
     }
 }
 
@@ -135,16 +165,7 @@ pub fn scan_centrelines(
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, (idx, laser)| {
                 reporter.check_cancelled()?;
-                let projector = &capture.manifest.projector;
-                let lines = match laser_light(capture, laser)? {
-                    LaserLight::Image(image) => LaserLines::of(&image, projector, laser.line, extractor),
-                    // Edges in the difference would be detected as lines: the frame has no lines, and a warning is
-                    // given.
-                    LaserLight::Unknown(finding) => {
-                        reporter.warn(&format!("{} ({}): {finding}; left out", laser.path.display(), laser.entry));
-                        LaserLines { lines: without_lines(projector, laser.line), findings: Vec::new() }
-                    }
-                };
+                let lines = LaserLines::of(capture, laser, extractor)?;
                 task.step();
                 Ok((*idx, lines))
             })
@@ -220,26 +241,6 @@ fn laser_images_of(capture: &Capture, prefix: &str) -> Vec<LaserImage> {
     capture.laser_images().into_iter().filter(|image| image.entry.starts_with(prefix)).collect()
 }
 
-/// The light added by the laser in an image.
-enum LaserLight {
-    /// The laser's channel, minus the background.
-    Image(GreyImage),
-    /// Not measurable: the background shows another scene, or other ambient light.
-    Unknown(Finding),
-}
-
-fn laser_light(capture: &Capture, laser: &LaserImage) -> Result<LaserLight, Failure> {
-    let Some((entry, path)) = &laser.background else {
-        return Ok(LaserLight::Image(capture.image(&laser.entry, &laser.path)?));
-    };
-    let on = capture.photograph(&laser.entry, &laser.path)?.image;
-    let off = capture.photograph(entry, path)?.image;
-    if let Some(finding) = scene_change_finding(&on, &off) {
-        return Ok(LaserLight::Unknown(finding));
-    }
-    Ok(LaserLight::Image(capture.laser_light(&on, &off)))
-}
-
 fn corners_of(capture: &Capture, named: &NamedImage) -> Extracted<BoardCorners> {
     let image = capture.image(&named.entry, named.path)?;
     let target = &capture.manifest.target;
@@ -249,20 +250,17 @@ fn corners_of(capture: &Capture, named: &NamedImage) -> Extracted<BoardCorners> 
 
 fn lines_of_image(capture: &Capture, laser: &LaserImage) -> Extracted<LaserLines> {
     let named = &NamedImage { entry: laser.entry.clone(), path: &laser.path };
-    let image = match laser_light(capture, laser)? {
-        LaserLight::Image(image) => image,
-        LaserLight::Unknown(finding) => {
-            let remedy = "use the image of the same pose with the laser off as its \"background\", or none";
-            return Err(unreadable(capture, named, &finding.to_string(), remedy));
-        }
-    };
-    let projector = &capture.manifest.projector;
-    let found = LaserLines::of(&image, projector, laser.line, &mut CentrelineExtractor::default());
+    let found = LaserLines::of(capture, laser, &mut CentrelineExtractor::default())?;
+    if let Some(finding) = found.unusable() {
+        let remedy = "use the image of the same pose with the laser off as its \"background\", or none";
+        return Err(unreadable(capture, named, &finding.to_string(), remedy));
+    }
     // A line that is lit alone need not meet every board.
     if found.lines.iter().all(|lines| lines.segments.is_empty()) && laser.line.is_none() {
         let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
                       the pose is then used for the camera only";
-        return Err(unreadable(capture, named, "no laser line was found", remedy));
+        let suspected = found.findings.iter().map(|finding| format!("; {finding}")).collect::<String>();
+        return Err(unreadable(capture, named, &format!("no laser line was found{suspected}"), remedy));
     }
     Ok(found)
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use capture::LaserImage;
-use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, find_centrelines, scene_change};
+use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, SceneComparison, find_centrelines};
 
-use crate::images::search::{Directions, LineSearch, Region, runs_along};
+use crate::images::search::{Directions, LineSearch, runs_along};
 use crate::images::strong_light::{StrongLight, strong_light};
 use crate::progress::Reporter;
 
@@ -52,9 +52,29 @@ pub enum Finding {
         /// Its brightness relative to the background.
         ratio: f32,
     },
+    /// The ambient light was stronger in the image with the laser on, so that part of it remains.
+    BrighterAmbientLight {
+        /// Its brightness relative to the background.
+        ratio: f32,
+    },
 }
 
 impl Finding {
+    /// Whether the background cannot be subtracted because of it.
+    pub(crate) fn prevents_subtraction(&self) -> bool {
+        match self {
+            Self::BackgroundOfAnotherPose { .. } | Self::DimmerAmbientLight { .. } | Self::SwappedPair { .. } => {
+                true
+            }
+            Self::NoLine
+            | Self::LightWithoutLine(_)
+            | Self::LineMayBeTwo(_)
+            | Self::Glints { .. }
+            | Self::BrighterAmbientLight { .. }
+            | Self::OtherDirection { .. } => false,
+        }
+    }
+
     /// A stable name for programs.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -66,6 +86,7 @@ impl Finding {
             Self::SwappedPair { .. } => "swapped_pair",
             Self::BackgroundOfAnotherPose { .. } => "background_of_another_pose",
             Self::DimmerAmbientLight { .. } => "dimmer_room",
+            Self::BrighterAmbientLight { .. } => "brighter_room",
         }
     }
 }
@@ -96,29 +117,27 @@ impl fmt::Display for Finding {
                 SceneChange::PoseChanged { darker_fraction: *darker_fraction }.fmt(f)
             }
             Self::DimmerAmbientLight { ratio } => SceneChange::DimmerAmbient { ratio: *ratio }.fmt(f),
+            Self::BrighterAmbientLight { ratio } => write!(
+                f,
+                "ambient light is {ratio:.2} times as strong as in the background, and what exceeds it is not subtracted: \
+                 exposure or lighting changed in between, or the laser lights the surroundings"
+            ),
         }
     }
 }
 
-/// Findings about `image`, in which `lines` are all lines found. If lines run in both directions, light is
-/// searched for along the first.
+/// Findings about `image`, in which `lines` are all lines found: another direction, strong light that yields no
+/// point, and lines that may be two.
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
-    findings.extend(light_findings(image, lines, search.directions.each()[0], search.region));
+    for &direction in search.directions.each() {
+        let lights = strong_light(image, lines, direction, search.region).into_iter();
+        findings.extend(lights.map(|light| match light.yields_one_line {
+            true => Finding::LineMayBeTwo(light),
+            false => Finding::LightWithoutLine(light),
+        }));
+    }
     findings
-}
-
-/// Strong light that yields no point, or one line where there may be two, across `direction`.
-pub(crate) fn light_findings(
-    image: &GreyImage,
-    lines: &Centrelines,
-    direction: LineDirection,
-    region: Option<Region>,
-) -> impl Iterator<Item = Finding> {
-    strong_light(image, lines, direction, region).into_iter().map(|light| match light.yields_one_line {
-        true => Finding::LineMayBeTwo(light),
-        false => Finding::LightWithoutLine(light),
-    })
 }
 
 /// Findings about the images of one part of a capture, in the order of the images.
@@ -144,11 +163,14 @@ impl Findings {
                 1 => "; also in 1 other image".to_owned(),
                 n => format!("; also in {n} other images"),
             };
-            reporter.warn(&format!("{of}: {first}: {finding}{others}"));
+            // Edges in the difference would be detected as lines.
+            let left_out = if finding.prevents_subtraction() { "; left out" } else { "" };
+            reporter.warn(&format!("{of}: {first}: {finding}{left_out}{others}"));
         }
     }
 }
 
+/// Whether lines run in the other direction; not asked if a whole line runs in the requested one.
 fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Option<Finding> {
     let Directions::One(direction) = search.directions else { return None };
     let other = match direction {
@@ -159,6 +181,13 @@ fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) 
         lines.segments.iter().flat_map(|s| &s.points).filter(|point| runs_along(point, direction)).count()
     };
     let own = along(lines, direction);
+    let across_image_px = match direction {
+        LineDirection::Rows => image.width(),
+        LineDirection::Columns => image.height(),
+    };
+    if own >= across_image_px {
+        return None;
+    }
     let turned = LineSearch { directions: Directions::One(other), ..search.clone() }.all_lines(image);
     let n_points = [along(&turned, other), own];
     let suspected = n_points[0] >= SUSPICIOUS_POINTS && n_points[0] > LIKELIER * own;
@@ -172,23 +201,29 @@ pub(crate) fn pair_findings(
     found: usize,
     search: &LineSearch,
 ) -> Option<Finding> {
-    if found < SUSPICIOUS_POINTS * LIKELIER
-        && let Some(reversed) = off.minus(on)
-    {
-        let params = search.params(search.directions.each()[0]);
-        let lines = find_centrelines(&reversed.channel(search.channel), &params);
-        let swapped: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
-        // Movement leaves edges in both differences; a swapped pair has only the lines.
-        if swapped >= SUSPICIOUS_POINTS && swapped > LIKELIER * found {
-            return Some(Finding::SwappedPair { n_points: [swapped, found] });
-        }
-    }
-    scene_change_finding(on, off)
+    swapped_pair(on, off, found, search).or_else(|| scene_change_finding(on, off))
 }
 
-/// Change of the scene between two images, see [`vision::scene_change`].
+/// Whether the background shows the lines; `found`: points found in on minus off.
+pub(crate) fn swapped_pair(
+    on: &CameraImage,
+    off: &CameraImage,
+    found: usize,
+    search: &LineSearch,
+) -> Option<Finding> {
+    let reversed = (found < SUSPICIOUS_POINTS * LIKELIER).then(|| off.minus(on)).flatten()?;
+    let params = search.params(search.directions.each()[0]);
+    let lines = find_centrelines(&reversed.channel(search.channel), &params);
+    let swapped: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
+    // Movement leaves edges in both differences; a swapped pair has only the lines.
+    let is_suspected = swapped >= SUSPICIOUS_POINTS && swapped > LIKELIER * found;
+    is_suspected.then_some(Finding::SwappedPair { n_points: [swapped, found] })
+}
+
+/// Change of the scene between two images, see [`vision::SceneComparison`].
 pub fn scene_change_finding(on: &CameraImage, off: &CameraImage) -> Option<Finding> {
-    scene_change(on, off).map(Finding::from)
+    let SceneComparison { change, brighter } = SceneComparison::of(on, off);
+    change.map(Finding::from).or(brighter.map(|ratio| Finding::BrighterAmbientLight { ratio }))
 }
 
 impl From<SceneChange> for Finding {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
-use vision::{CentrelineParams, Centrelines, Channel, GreyImage};
+use vision::{CentrelineParams, Centrelines, Channel, GreyImage, WhiteLevel};
 
 use crate::failure::Failure;
 use crate::images::background::Background;
@@ -28,13 +28,21 @@ pub struct FoundLines {
 /// Reads a laser image and finds its lines.
 pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearch) -> Result<FoundLines, Failure> {
     let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
+    let photograph = photograph.scaled(search.white_level);
     let image = match background {
         Some(background) => background.subtracted_from(&photograph.image, path)?.channel(search.channel),
         None => photograph.image.channel(search.channel),
     };
     let mut lines = search.all_lines(&image);
+    let size_px = (image.width(), image.height());
+    lines.mark_saturated(size_px, |u, v| photograph.image.is_saturated(u, v, search.channel));
     let mut findings = findings_of(&image, &lines, search);
-    let n_glints = search.drop_glints(&mut lines);
+    let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
+    let pair =
+        background.and_then(|background| pair_findings(&photograph.image, background.image(), n_points, search));
+    // The edges that another pose leaves are no glints.
+    let is_comparable = pair.as_ref().is_none_or(|finding| !finding.prevents_subtraction());
+    let n_glints = if is_comparable { search.drop_glints(&mut lines) } else { 0 };
     if n_glints > 0 {
         findings.push(Finding::Glints { n: n_glints });
     }
@@ -42,10 +50,7 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     if lines.segments.is_empty() {
         findings.insert(0, Finding::NoLine);
     }
-    if let Some(background) = background {
-        let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
-        findings.extend(pair_findings(&photograph.image, background.image(), n_points, search));
-    }
+    findings.extend(pair);
     let (photograph, jpeg_quality) = (photograph.image.channel(Channel::Luma), photograph.jpeg_quality);
     Ok(FoundLines { photograph, image, lines, findings, jpeg_quality })
 }
@@ -58,6 +63,7 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
 pub fn channel_of(
     choice: ChannelChoice,
     images: &[PathBuf],
+    white: WhiteLevel,
     background: impl Fn(usize) -> Result<Option<Arc<Background>>, Failure>,
     directions: Directions,
 ) -> LaserChannel {
@@ -65,7 +71,7 @@ pub fn channel_of(
         return LaserChannel { channel, basis: ChannelBasis::Given };
     }
     let read = |idx: usize| {
-        let image = read_photograph(&images[idx]).ok()?.image;
+        let image = read_photograph(&images[idx]).ok()?.scaled(white).image;
         match background(idx).ok()? {
             Some(background) => background.subtracted_from(&image, &images[idx]).ok(),
             None => Some(image),

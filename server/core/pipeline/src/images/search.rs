@@ -3,7 +3,7 @@
 use statistics::median;
 use vision::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, Channel, GreyImage, LineDirection, Segment,
-    find_centrelines,
+    WhiteLevel, find_centrelines,
 };
 
 /// Lines fainter than this, relative to full scale, are dropped from files with lossy compression unless a
@@ -64,6 +64,8 @@ impl Region {
 pub struct LineSearch {
     /// The channel used for colour images.
     pub channel: Channel,
+    /// The white level of images of 16 bits.
+    pub white_level: WhiteLevel,
     /// Method for the centre of a line.
     pub method: CentrelineMethod,
     /// Directions in which lines may run.
@@ -80,8 +82,8 @@ pub struct LineSearch {
 impl LineSearch {
     /// Every line of a channel along these directions.
     pub fn of(channel: Channel, directions: Directions) -> Self {
-        let method = CentrelineMethod::default();
-        Self { channel, method, directions, region: None, min_points: 1, min_contrast: None }
+        let (method, white_level) = (CentrelineMethod::default(), WhiteLevel::FULL);
+        Self { channel, white_level, method, directions, region: None, min_points: 1, min_contrast: None }
     }
 
     /// The parameters of the extraction along one direction.

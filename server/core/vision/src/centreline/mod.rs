@@ -121,6 +121,23 @@ pub struct Centrelines {
     pub lit_line: Option<i8>,
 }
 
+impl Centrelines {
+    /// Marks the points whose pixels, column and row, were saturated in an image of `size_px`, as seen before ambient
+    /// light was subtracted from it: the extraction cannot see it any more.
+    pub fn mark_saturated(&mut self, size_px: (usize, usize), was_saturated: impl Fn(usize, usize) -> bool) {
+        let (last_column, last_row) = (size_px.0 as i64 - 1, size_px.1 as i64 - 1);
+        let direction = self.direction;
+        let was = |u: i64, v: i64| was_saturated(u.clamp(0, last_column) as usize, v.clamp(0, last_row) as usize);
+        for point in self.segments.iter_mut().flat_map(|segment| &mut segment.points) {
+            let (u, v) = (point.u_px.round() as i64, point.v_px.round() as i64);
+            point.saturated |= (-1..=1).any(|beside| match direction {
+                LineDirection::Rows => was(u, v + beside),
+                LineDirection::Columns => was(u + beside, v),
+            });
+        }
+    }
+}
+
 /// Finds the centrelines of all laser lines in `image`.
 ///
 /// An image without light gives no segments; that is not an error. For many images use a [`CentrelineExtractor`], which

@@ -112,6 +112,16 @@ impl ColourImage {
         self.height
     }
 
+    /// Red, green and blue in turn, row-major.
+    pub fn pixels(&self) -> &Pixels {
+        &self.pixels
+    }
+
+    /// As [`ColourImage::pixels`], without the image.
+    pub fn into_pixels(self) -> Pixels {
+        self.pixels
+    }
+
     /// The largest level a sample can hold: 255 or 65535.
     pub fn full_scale(&self) -> f32 {
         match self.pixels {
@@ -190,6 +200,18 @@ impl CameraImage {
         let same_size = (on.width, on.height) == (off.width, off.height);
         let pixels = same_size.then(|| difference(&on.pixels, &off.pixels)).flatten()?;
         ColourImage::new(on.width, on.height, pixels).ok().map(Self::Colour)
+    }
+
+    /// Whether a pixel, column and row, is at full scale: the colour of this channel or, for luma, any colour.
+    pub fn is_saturated(&self, u: usize, v: usize, channel: Channel) -> bool {
+        match self {
+            Self::Grey(image) => image.is_saturated(u, v),
+            Self::Colour(image) => {
+                let levels = image.at(u, v);
+                let is_full = |level: f32| level >= image.full_scale();
+                channel.colour().map_or_else(|| levels.into_iter().any(is_full), |colour| is_full(levels[colour]))
+            }
+        }
     }
 
     /// The image with three channels.
@@ -297,6 +319,8 @@ fn triples<T: Copy>(pixels: &[T]) -> impl Iterator<Item = [T; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use crate::{CentrelineParams, find_centrelines};
+
     use super::*;
 
     #[test]
@@ -324,5 +348,32 @@ mod tests {
         let grey = ColourImage::new(1, 2, Pixels::Eight(vec![7, 7, 7, 9, 9, 9])).unwrap();
         let CameraImage::Grey(image) = CameraImage::from_colour(grey) else { panic!("three equal channels") };
         assert_eq!(image.pixels(), &Pixels::Eight(vec![7, 9]));
+    }
+
+    /// A line along row 40, clipped by the sensor, in ambient light of 60.
+    #[test]
+    fn a_clipped_line_is_saturated_after_subtraction_of_ambient_light_too() {
+        let image = |height: f64| {
+            let level = |idx: usize| {
+                let across = ((idx / 320) as f64 - 40.0) / 6.0;
+                let line = height * (-across * across * 4.0 * 2.0_f64.ln()).exp();
+                (60.0 + line + (idx * 7919 % 3) as f64).min(255.0).round() as u8
+            };
+            CameraImage::Grey(GreyImage::new(320, 80, Pixels::Eight((0..320 * 80).map(level).collect())).unwrap())
+        };
+        let off = image(0.0);
+        for (height, is_clipped) in [(300.0, true), (150.0, false)] {
+            let on = image(height);
+            let light = on.minus(&off).unwrap().channel(Channel::Luma);
+            let mut lines = find_centrelines(&light, &CentrelineParams::default());
+            let n_saturated = |lines: &crate::Centrelines| {
+                lines.segments.iter().flat_map(|segment| &segment.points).filter(|point| point.saturated).count()
+            };
+            assert_eq!(n_saturated(&lines), 0, "the difference is nowhere at full scale");
+            lines.mark_saturated((320, 80), |u, v| on.is_saturated(u, v, Channel::Luma));
+            let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum::<usize>();
+            assert!(n_points > 300);
+            assert_eq!(n_saturated(&lines), if is_clipped { n_points } else { 0 }, "{height}");
+        }
     }
 }

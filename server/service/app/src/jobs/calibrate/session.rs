@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageDescription, StageView, params::FORMAT};
+use capture::{CameraFormat, Manifest, Pose, StageDescription, StageView, params::FORMAT};
 use store::{ArtifactId, StoreError};
 
 use crate::camera::correction::ImageDarkFrame;
@@ -51,7 +51,7 @@ pub(super) fn gather_pictures(
         format: FORMAT.to_owned(),
         stage: StageDescription { kind: stage_of(&session.body), ..StageDescription::default() },
         background: None,
-        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
+        camera: CameraFormat::of_size(body.width_px, body.height_px),
         target: body.target.clone(),
         projector: body.projector.clone(),
         poses,

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, Manifest, Pose, StageDescription, StageView, params::FORMAT, write_manifest,
-    write_png,
+    CameraFormat, Manifest, Pose, StageDescription, StageView, params::FORMAT, write_manifest, write_png,
 };
 use station::StampedFrame;
 
@@ -150,7 +149,7 @@ fn manifest(
         format: FORMAT.to_owned(),
         stage: StageDescription { kind: capture_stage(stage), ..StageDescription::default() },
         background: None,
-        camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
+        camera: CameraFormat::of_size(size_px.0, size_px.1),
         target: config.target.clone(),
         projector: config.projector.clone(),
         poses,

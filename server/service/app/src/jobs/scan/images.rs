@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StageDescription, write_manifest};
+use capture::{CameraFormat, Frame, Manifest, Scan, StageDescription, write_manifest};
 use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
@@ -64,11 +64,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
         format: capture::params::FORMAT.to_owned(),
         stage: StageDescription { kind: capture_stage(frames.header.stage), ..StageDescription::default() },
         background: None,
-        camera: CameraFormat {
-            width_px: frames.header.width_px as usize,
-            height_px: frames.header.height_px as usize,
-            channel: ChannelChoice::Auto,
-        },
+        camera: CameraFormat::of_size(frames.header.width_px as usize, frames.header.height_px as usize),
         target: config.target.clone(),
         projector: config.projector.clone(),
         poses: Vec::new(),

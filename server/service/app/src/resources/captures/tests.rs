@@ -10,8 +10,8 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Scan,
-    StageDescription, write_manifest, write_png,
+    CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Scan, StageDescription,
+    write_manifest, write_png,
 };
 use store::Store;
 use tar::{Builder, EntryType, Header};
@@ -79,7 +79,7 @@ fn good() -> Entries {
         format: "sheaf-capture/1".to_owned(),
         stage: StageDescription::default(),
         background: None,
-        camera: CameraFormat { width_px: 48, height_px: 32, channel: ChannelChoice::Auto },
+        camera: CameraFormat::of_size(48, 32),
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: 660.0,

@@ -175,7 +175,11 @@ impl Recorder<'_> {
                 let mut live = fresh(&memory.results, longest, &calibration_id);
                 let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
                 match self.freed(idx, &frame.image, background.as_ref())? {
-                    Some(freed) => extractor.find(&freed, &params, centrelines),
+                    Some(freed) => {
+                        extractor.find(&freed, &params, centrelines);
+                        let size_px = (freed.width(), freed.height());
+                        centrelines.mark_saturated(size_px, |u, v| frame.image.is_saturated(u, v));
+                    }
                     None => extractor.find(&frame.image, &params, centrelines),
                 }
                 if !frames.is_empty() {
