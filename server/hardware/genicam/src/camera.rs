@@ -70,7 +70,7 @@ impl GenicamCamera {
                 remedy: "restart the camera".to_owned(),
             }
         })?;
-        let link = initial_link(&opened);
+        let link = initial_link(&opened, config);
         let shared = Shared { opened: Mutex::new(Some(opened)), link: Mutex::new(link), ..Shared::default() };
         Ok(Self {
             config: config.clone(),
@@ -105,7 +105,7 @@ impl GenicamCamera {
     }
 
     fn install(&mut self, opened: OpenedCamera) {
-        let mut link = initial_link(&opened);
+        let mut link = initial_link(&opened, &self.config);
         {
             let before = self.shared.link.lock();
             link.frames_complete = before.frames_complete;
@@ -215,11 +215,13 @@ impl GenicamCamera {
 }
 
 /// Initial state of the link.
-fn initial_link(opened: &OpenedCamera) -> CameraLink {
+fn initial_link(opened: &OpenedCamera, config: &GenicamSettings) -> CameraLink {
     CameraLink {
         address: opened.listed.address.clone(),
         packet_size_bytes: Some(opened.packet_size_bytes).filter(|&bytes| bytes > 0),
-        pixels_from: opened.source_format().map_or_else(|error| error.to_string(), |format| format.description()),
+        pixels_from: opened
+            .source_format()
+            .map_or_else(|error| error.to_string(), |format| format.description(config.sensor_colour)),
         ..CameraLink::default()
     }
 }
@@ -274,7 +276,7 @@ impl Camera for GenicamCamera {
         };
         let outcome = self.with_opened("setting", |opened| {
             opened.set(&changed, sensor_px, &config)?;
-            let pixels_from = opened.source_format()?.description();
+            let pixels_from = opened.source_format()?.description(config.sensor_colour);
             Ok((opened.settings(trigger)?, pixels_from))
         });
         if let Ok((settings, pixels_from)) = &outcome {

@@ -1,10 +1,14 @@
 //! Conversion of the pixels of GenICam cameras to grey images in one pass.
 //!
-//! Formats and their codes: Pixel Format Naming Convention (PFNC 2.4). Deeper pixels are shifted to the most
-//! significant bits of 16. For a Bayer sensor the green pixels, every second one, are used; the others are the mean of
-//! their green neighbours: red and blue light is ignored, and the resolution is that of the green pixels.
+//! Formats and their codes: Pixel Format Naming Convention (PFNC 2.4). Deeper pixels fill 16 bits, white at
+//! full scale. For a Bayer sensor the pixels of one colour are used, that of the laser; the others are the
+//! mean of their neighbours of this colour: other light is ignored, and the resolution is that of these pixels (every
+//! second one is green, every fourth red, every fourth blue).
 
 use vision::GreyImage;
+use vision::white_level::widened;
+
+use crate::settings::SensorColour;
 
 /// Memory layout of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,15 +23,40 @@ enum Packing {
     Packed(u32),
 }
 
-/// Positions of the green pixels.
+/// Colours of the pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Green {
+enum Mosaic {
     /// A monochrome sensor.
-    All,
-    /// Even column plus row: GR, GB.
-    Even,
-    /// Odd column plus row: RG, BG.
-    Odd,
+    None,
+    /// A Bayer sensor with its red pixels in even (0) or odd (1) columns and rows, and its blue ones in the others.
+    Bayer { red: [usize; 2] },
+}
+
+impl Mosaic {
+    /// Whether the pixel in column `x`, row `y` has this colour.
+    fn has(self, colour: SensorColour, x: usize, y: usize) -> bool {
+        let Self::Bayer { red: [column, row] } = self else { return true };
+        let (is_red_column, is_red_row) = (x % 2 == column, y % 2 == row);
+        match colour {
+            SensorColour::Green => is_red_column != is_red_row,
+            SensorColour::Red => is_red_column && is_red_row,
+            SensorColour::Blue => !is_red_column && !is_red_row,
+        }
+    }
+
+    /// Steps, right and down, from a pixel in such a column and row to its neighbours of a colour; none if it has that
+    /// colour itself.
+    fn neighbours(self, colour: SensorColour, x: usize, y: usize) -> Vec<(isize, isize)> {
+        if self.has(colour, x, y) {
+            return Vec::new();
+        }
+        let around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| (right, down)));
+        // Two more columns and rows do not change the mosaic.
+        let is_of = |&(right, down): &(isize, isize)| {
+            self.has(colour, (x + 2).wrapping_add_signed(right), (y + 2).wrapping_add_signed(down))
+        };
+        around.filter(is_of).collect()
+    }
 }
 
 /// A supported pixel format.
@@ -37,54 +66,58 @@ pub struct SourceFormat {
     pub name: &'static str,
     code: u32,
     packing: Packing,
-    green: Green,
+    mosaic: Mosaic,
 }
 
-const fn row(name: &'static str, code: u32, packing: Packing, green: Green) -> SourceFormat {
-    SourceFormat { name, code, packing, green }
+const fn row(name: &'static str, code: u32, packing: Packing, mosaic: Mosaic) -> SourceFormat {
+    SourceFormat { name, code, packing, mosaic }
 }
 
 /// All supported formats, in order of preference.
 const FORMATS: [SourceFormat; 36] = {
-    use Green::{All, Even, Odd};
     use Packing::{Bits, Eight, Packed, Sixteen};
+    const MONO: Mosaic = Mosaic::None;
+    const RG: Mosaic = Mosaic::Bayer { red: [0, 0] };
+    const GR: Mosaic = Mosaic::Bayer { red: [1, 0] };
+    const GB: Mosaic = Mosaic::Bayer { red: [0, 1] };
+    const BG: Mosaic = Mosaic::Bayer { red: [1, 1] };
     [
-        row("Mono8", 0x0108_0001, Eight, All),
-        row("Mono16", 0x0110_0007, Sixteen(16), All),
-        row("Mono14", 0x0110_0025, Sixteen(14), All),
-        row("Mono12p", 0x010C_0047, Bits(12), All),
-        row("Mono12Packed", 0x010C_0006, Packed(12), All),
-        row("Mono12", 0x0110_0005, Sixteen(12), All),
-        row("Mono10p", 0x010A_0046, Bits(10), All),
-        row("Mono10Packed", 0x010C_0004, Packed(10), All),
-        row("Mono10", 0x0110_0003, Sixteen(10), All),
-        row("BayerRG8", 0x0108_0009, Eight, Odd),
-        row("BayerBG8", 0x0108_000B, Eight, Odd),
-        row("BayerGR8", 0x0108_0008, Eight, Even),
-        row("BayerGB8", 0x0108_000A, Eight, Even),
-        row("BayerRG16", 0x0110_002F, Sixteen(16), Odd),
-        row("BayerBG16", 0x0110_0031, Sixteen(16), Odd),
-        row("BayerGR16", 0x0110_002E, Sixteen(16), Even),
-        row("BayerGB16", 0x0110_0030, Sixteen(16), Even),
-        row("BayerRG12p", 0x010C_0059, Bits(12), Odd),
-        row("BayerBG12p", 0x010C_0053, Bits(12), Odd),
-        row("BayerGR12p", 0x010C_0057, Bits(12), Even),
-        row("BayerGB12p", 0x010C_0055, Bits(12), Even),
-        row("BayerRG12Packed", 0x010C_002B, Packed(12), Odd),
-        row("BayerBG12Packed", 0x010C_002D, Packed(12), Odd),
-        row("BayerGR12Packed", 0x010C_002A, Packed(12), Even),
-        row("BayerGB12Packed", 0x010C_002C, Packed(12), Even),
-        row("BayerRG12", 0x0110_0011, Sixteen(12), Odd),
-        row("BayerBG12", 0x0110_0013, Sixteen(12), Odd),
-        row("BayerGR12", 0x0110_0010, Sixteen(12), Even),
-        row("BayerGB12", 0x0110_0012, Sixteen(12), Even),
-        row("BayerRG10p", 0x010A_0058, Bits(10), Odd),
-        row("BayerBG10p", 0x010A_0052, Bits(10), Odd),
-        row("BayerGR10p", 0x010A_0056, Bits(10), Even),
-        row("BayerGB10p", 0x010A_0054, Bits(10), Even),
-        row("BayerRG10", 0x0110_000D, Sixteen(10), Odd),
-        row("BayerBG10", 0x0110_000F, Sixteen(10), Odd),
-        row("BayerGR10", 0x0110_000C, Sixteen(10), Even),
+        row("Mono8", 0x0108_0001, Eight, MONO),
+        row("Mono16", 0x0110_0007, Sixteen(16), MONO),
+        row("Mono14", 0x0110_0025, Sixteen(14), MONO),
+        row("Mono12p", 0x010C_0047, Bits(12), MONO),
+        row("Mono12Packed", 0x010C_0006, Packed(12), MONO),
+        row("Mono12", 0x0110_0005, Sixteen(12), MONO),
+        row("Mono10p", 0x010A_0046, Bits(10), MONO),
+        row("Mono10Packed", 0x010C_0004, Packed(10), MONO),
+        row("Mono10", 0x0110_0003, Sixteen(10), MONO),
+        row("BayerRG8", 0x0108_0009, Eight, RG),
+        row("BayerBG8", 0x0108_000B, Eight, BG),
+        row("BayerGR8", 0x0108_0008, Eight, GR),
+        row("BayerGB8", 0x0108_000A, Eight, GB),
+        row("BayerRG16", 0x0110_002F, Sixteen(16), RG),
+        row("BayerBG16", 0x0110_0031, Sixteen(16), BG),
+        row("BayerGR16", 0x0110_002E, Sixteen(16), GR),
+        row("BayerGB16", 0x0110_0030, Sixteen(16), GB),
+        row("BayerRG12p", 0x010C_0059, Bits(12), RG),
+        row("BayerBG12p", 0x010C_0053, Bits(12), BG),
+        row("BayerGR12p", 0x010C_0057, Bits(12), GR),
+        row("BayerGB12p", 0x010C_0055, Bits(12), GB),
+        row("BayerRG12Packed", 0x010C_002B, Packed(12), RG),
+        row("BayerBG12Packed", 0x010C_002D, Packed(12), BG),
+        row("BayerGR12Packed", 0x010C_002A, Packed(12), GR),
+        row("BayerGB12Packed", 0x010C_002C, Packed(12), GB),
+        row("BayerRG12", 0x0110_0011, Sixteen(12), RG),
+        row("BayerBG12", 0x0110_0013, Sixteen(12), BG),
+        row("BayerGR12", 0x0110_0010, Sixteen(12), GR),
+        row("BayerGB12", 0x0110_0012, Sixteen(12), GB),
+        row("BayerRG10p", 0x010A_0058, Bits(10), RG),
+        row("BayerBG10p", 0x010A_0052, Bits(10), BG),
+        row("BayerGR10p", 0x010A_0056, Bits(10), GR),
+        row("BayerGB10p", 0x010A_0054, Bits(10), GB),
+        row("BayerRG10", 0x0110_000D, Sixteen(10), RG),
+        row("BayerBG10", 0x0110_000F, Sixteen(10), BG),
+        row("BayerGR10", 0x0110_000C, Sixteen(10), GR),
     ]
 };
 
@@ -117,16 +150,16 @@ impl SourceFormat {
         self.packing != Packing::Eight
     }
 
-    /// Description of the format and its conversion.
-    pub fn description(&self) -> String {
-        match self.green {
-            Green::All => self.name.to_owned(),
-            Green::Even | Green::Odd => format!("{}: green, interpolated", self.name),
+    /// Description of the format and its conversion with this colour of a Bayer sensor.
+    pub fn description(&self, colour: SensorColour) -> String {
+        match self.mosaic {
+            Mosaic::None => self.name.to_owned(),
+            Mosaic::Bayer { .. } => format!("{}: {}, interpolated", self.name, colour.name()),
         }
     }
 
     /// Writes `width` × `height` pixels into `image`, whose memory is reused; every row is followed by
-    /// `padding_bytes`.
+    /// `padding_bytes`. Of a Bayer sensor, the pixels of this colour.
     ///
     /// # Errors
     /// [`InvalidImage`] if there are fewer bytes than pixels need, or no pixels.
@@ -135,6 +168,7 @@ impl SourceFormat {
         bytes: &[u8],
         (width, height): (usize, usize),
         padding_bytes: usize,
+        colour: SensorColour,
         image: &mut GreyImage,
     ) -> Result<(), InvalidImage> {
         // Without padding, rows follow each other within a byte.
@@ -147,11 +181,11 @@ impl SourceFormat {
         if self.packing == Packing::Eight {
             let pixels = image.eight_mut(width, height).map_err(|_| InvalidImage)?;
             pixels.chunks_exact_mut(row_px).enumerate().for_each(|(row, out)| out.copy_from_slice(rows(row)));
-            self.interpolate(pixels, width, |sum, n| (sum / n) as u8);
+            self.interpolate(pixels, width, colour, |sum, n| (sum / n) as u8);
         } else {
             let pixels = image.sixteen_mut(width, height).map_err(|_| InvalidImage)?;
             pixels.chunks_exact_mut(row_px).enumerate().for_each(|(row, out)| self.unpack_row(rows(row), out));
-            self.interpolate(pixels, width, |sum, n| (sum / n) as u16);
+            self.interpolate(pixels, width, colour, |sum, n| (sum / n) as u16);
         }
         Ok(())
     }
@@ -167,38 +201,45 @@ impl SourceFormat {
 
     fn unpack_row(&self, bytes: &[u8], out: &mut [u16]) {
         match self.packing {
-            Packing::Eight => out.iter_mut().zip(bytes).for_each(|(out, &byte)| *out = u16::from(byte) << 8),
+            Packing::Eight => {
+                out.iter_mut().zip(bytes).for_each(|(out, &byte)| *out = widened(u16::from(byte), 8))
+            }
             Packing::Sixteen(bits) => {
                 let pixels = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-                out.iter_mut().zip(pixels).for_each(|(out, pixel)| *out = pixel << (16 - bits));
+                out.iter_mut().zip(pixels).for_each(|(out, pixel)| *out = widened(pixel, bits));
             }
             Packing::Bits(bits) => unpack_bits(bytes, bits, out),
             Packing::Packed(bits) => unpack_packed(bytes, bits, out),
         }
     }
 
-    /// Sets the other pixels of a Bayer sensor to the mean of their two to four green neighbours.
-    fn interpolate<T: Copy + Into<u32>>(&self, pixels: &mut [T], width: usize, mean: impl Fn(u32, u32) -> T) {
-        let odd = match self.green {
-            Green::All => return,
-            Green::Odd => 1,
-            Green::Even => 0,
-        };
+    /// Sets the other pixels of a Bayer sensor to the mean of their neighbours of this colour.
+    fn interpolate<T: Copy + Into<u32>>(
+        &self,
+        pixels: &mut [T],
+        width: usize,
+        colour: SensorColour,
+        mean: impl Fn(u32, u32) -> T,
+    ) {
+        if self.mosaic == Mosaic::None {
+            return;
+        }
         let height = pixels.len() / width;
+        let neighbours = [0, 1].map(|y| [0, 1].map(|x| self.mosaic.neighbours(colour, x, y)));
         for y in 0..height {
-            for x in ((y + odd + 1) % 2..width).step_by(2) {
-                let at = y * width + x;
-                let mut sum_and_count = (0, 0);
-                let mut add = |neighbour: usize| {
-                    sum_and_count = (sum_and_count.0 + pixels[neighbour].into(), sum_and_count.1 + 1);
-                };
-                (x > 0).then(|| add(at - 1));
-                (x + 1 < width).then(|| add(at + 1));
-                (y > 0).then(|| add(at - width));
-                (y + 1 < height).then(|| add(at + width));
-                let (sum, count) = sum_and_count;
-                if count > 0 {
-                    pixels[at] = mean(sum, count);
+            for x in 0..width {
+                let beside = &neighbours[y % 2][x % 2];
+                let (mut sum, mut n) = (0, 0);
+                for &(right, down) in beside {
+                    if let (Some(x), Some(y)) = (x.checked_add_signed(right), y.checked_add_signed(down))
+                        && x < width
+                        && y < height
+                    {
+                        (sum, n) = (sum + pixels[y * width + x].into(), n + 1);
+                    }
+                }
+                if n > 0 {
+                    pixels[y * width + x] = mean(sum, n);
                 }
             }
         }
@@ -214,7 +255,7 @@ fn unpack_bits(bytes: &[u8], bits: u32, out: &mut [u16]) {
             held |= u32::from(bytes.next().copied().unwrap_or(0)) << n_held;
             n_held += 8;
         }
-        *out = ((held & mask) << (16 - bits)) as u16;
+        *out = widened((held & mask) as u16, bits);
         (held, n_held) = (held >> bits, n_held - bits);
     }
 }
@@ -229,7 +270,7 @@ fn unpack_packed(bytes: &[u8], bits: u32, out: &mut [u16]) {
         let first = (byte(0) << low) | (byte(1) & mask);
         let second = (byte(2) << low) | ((byte(1) >> 4) & mask);
         for (out, pixel) in pair.iter_mut().zip([first, second]) {
-            *out = pixel << (16 - bits);
+            *out = widened(pixel, bits);
         }
     }
 }
@@ -241,9 +282,19 @@ mod tests {
     use super::*;
 
     fn sixteen(name: &str, bytes: &[u8], size: (usize, usize), padding: usize) -> Vec<u16> {
+        in_colour(SensorColour::Green, name, bytes, size, padding)
+    }
+
+    fn in_colour(
+        colour: SensorColour,
+        name: &str,
+        bytes: &[u8],
+        size: (usize, usize),
+        padding: usize,
+    ) -> Vec<u16> {
         let format = FORMATS.into_iter().find(|format| format.name == name).unwrap();
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
-        format.unpack(bytes, size, padding, &mut image).unwrap();
+        format.unpack(bytes, size, padding, colour, &mut image).unwrap();
         match image.pixels() {
             Pixels::Eight(pixels) => pixels.iter().map(|&pixel| u16::from(pixel)).collect(),
             Pixels::Sixteen(pixels) => pixels.clone(),
@@ -252,8 +303,8 @@ mod tests {
 
     /// Pixels 0xABC and 0x123 as the naming convention draws them.
     #[test]
-    fn twelve_bit_pixels_of_every_packing_fill_the_most_significant_bits() {
-        let expected = [0xABC0, 0x1230];
+    fn twelve_bit_pixels_of_every_packing_fill_sixteen_bits() {
+        let expected = [0xABCA, 0x1231];
         for (name, bytes) in [
             ("Mono12", vec![0xBC, 0x0A, 0x23, 0x01]),
             ("Mono12p", vec![0xBC, 0x3A, 0x12]),
@@ -265,8 +316,8 @@ mod tests {
 
     /// Pixels 0x3A5, 0x012, 0x1FF and 0x200.
     #[test]
-    fn ten_bit_pixels_of_every_packing_fill_the_most_significant_bits() {
-        let expected = [0x3A5_u16, 0x012, 0x1FF, 0x200].map(|pixel| pixel << 6);
+    fn ten_bit_pixels_of_every_packing_fill_sixteen_bits() {
+        let expected = [0x3A5_u16, 0x012, 0x1FF, 0x200].map(|pixel| pixel << 6 | pixel >> 4);
         for (name, bytes) in [
             ("Mono10", vec![0xA5, 0x03, 0x12, 0x00, 0xFF, 0x01, 0x00, 0x02]),
             ("Mono10p", vec![0xA5, 0x4B, 0xF0, 0x1F, 0x80]),
@@ -282,21 +333,32 @@ mod tests {
         assert_eq!(sixteen("Mono16", &[0, 1, 9, 9, 0, 2, 9, 9], (1, 2), 2), [256, 512]);
     }
 
+    /// First pixel of each colour, column and row, in the four mosaics.
     #[test]
-    fn only_green_pixels_of_a_bayer_sensor_are_used() {
-        for (name, first_is_green) in
-            [("BayerGR8", true), ("BayerGB8", true), ("BayerRG8", false), ("BayerBG8", false)]
-        {
-            let green = |x: usize, y: usize| (x + y).is_multiple_of(2) == first_is_green;
-            let level = |x: usize, y: usize| (10 * x + 20 * y) as u8;
-            let bytes: Vec<u8> =
-                (0..20).map(|n| if green(n % 5, n / 5) { level(n % 5, n / 5) } else { 255 }).collect();
-            let got = sixteen(name, &bytes, (5, 4), 0);
-            // A ramp is its own interpolation where a pixel has all its neighbours.
-            for (x, y) in (1..4).flat_map(|x| (1..3).map(move |y| (x, y))) {
-                assert_eq!(got[y * 5 + x], u16::from(level(x, y)), "{name} {x} {y}");
+    fn only_pixels_of_the_chosen_colour_of_a_bayer_sensor_are_used() {
+        for (name, red, blue) in [
+            ("BayerRG8", [0, 0], [1, 1]),
+            ("BayerGR8", [1, 0], [0, 1]),
+            ("BayerGB8", [0, 1], [1, 0]),
+            ("BayerBG8", [1, 1], [0, 0]),
+        ] {
+            let is_at = |first: [usize; 2], x: usize, y: usize| [x % 2, y % 2] == first;
+            for colour in [SensorColour::Green, SensorColour::Red, SensorColour::Blue] {
+                let is_of = |x: usize, y: usize| match colour {
+                    SensorColour::Green => !is_at(red, x, y) && !is_at(blue, x, y),
+                    SensorColour::Red => is_at(red, x, y),
+                    SensorColour::Blue => is_at(blue, x, y),
+                };
+                let level = |x: usize, y: usize| (10 * x + 20 * y) as u8;
+                let bytes: Vec<u8> =
+                    (0..42).map(|n| if is_of(n % 7, n / 7) { level(n % 7, n / 7) } else { 255 }).collect();
+                let got = in_colour(colour, name, &bytes, (7, 6), 0);
+                // A ramp is its own interpolation where a pixel has all its neighbours.
+                for (x, y) in (1..6).flat_map(|x| (1..5).map(move |y| (x, y))) {
+                    assert_eq!(got[y * 7 + x], u16::from(level(x, y)), "{name} {colour:?} {x} {y}");
+                }
+                assert!(got.iter().all(|&pixel| pixel < 255), "{name}: a pixel of another colour than {colour:?}");
             }
-            assert!(got.iter().all(|&pixel| pixel < 255), "{name}: a red or blue pixel was used");
         }
     }
 
@@ -305,15 +367,20 @@ mod tests {
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         for format in FORMATS {
             let enough = format.bytes_of(12);
-            assert_eq!(format.unpack(&vec![0; enough], (4, 3), 0, &mut image), Ok(()), "{}", format.name);
             assert_eq!(
-                format.unpack(&vec![0; enough - 1], (4, 3), 0, &mut image),
+                format.unpack(&vec![0; enough], (4, 3), 0, SensorColour::Green, &mut image),
+                Ok(()),
+                "{}",
+                format.name
+            );
+            assert_eq!(
+                format.unpack(&vec![0; enough - 1], (4, 3), 0, SensorColour::Green, &mut image),
                 Err(InvalidImage),
                 "{}",
                 format.name
             );
         }
-        assert_eq!(FORMATS[0].unpack(&[], (0, 3), 0, &mut image), Err(InvalidImage));
+        assert_eq!(FORMATS[0].unpack(&[], (0, 3), 0, SensorColour::Green, &mut image), Err(InvalidImage));
     }
 
     #[test]

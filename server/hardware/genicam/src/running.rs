@@ -10,7 +10,7 @@ use vision::GreyImage;
 use crate::aravis::{AravisError, Buffer, BufferStatus, Stream, StreamOptions};
 use crate::opened::OpenedCamera;
 use crate::pixels::SourceFormat;
-use crate::settings::{GenicamSettings, Timestamp};
+use crate::settings::{GenicamSettings, SensorColour, Timestamp};
 use crate::stamps::block_ids::BlockIds;
 use crate::stamps::clock::DeviceClock;
 
@@ -37,6 +37,7 @@ pub struct Running {
     ids: BlockIds,
     clock: DeviceClock,
     format: SourceFormat,
+    colour: SensorColour,
     settings: CameraSettings,
     timestamp: Timestamp,
     /// The last id of the previous acquisition.
@@ -79,6 +80,7 @@ impl Running {
             ids: BlockIds::default(),
             clock: DeviceClock::default(),
             format,
+            colour: settings.sensor_colour,
             settings: set,
             timestamp: settings.timestamp,
             last_id_before,
@@ -205,7 +207,7 @@ impl Running {
                 });
             }
         };
-        let unpacked = format.unpack(sent.bytes, size, sent.padding_bytes, image);
+        let unpacked = format.unpack(sent.bytes, size, sent.padding_bytes, self.colour, image);
         unpacked.map_err(|_| wrong_frame(sent.width_px, sent.height_px))
     }
 

@@ -12,6 +12,9 @@ pub struct GenicamSettings {
     pub format_8: String,
     /// pixel format for more bits, by its GenICam name; empty: the best it has
     pub format_16: String,
+    /// colour used of a colour (Bayer) sensor, that of the laser
+    #[schemars(with = "String", extend("enum" = ["green", "red", "blue"]))]
+    pub sensor_colour: SensorColour,
     /// pixels of the sensor that are read as one, in both directions; 1: none
     #[schemars(range(min = 1, max = 16))]
     pub binning: u32,
@@ -40,6 +43,30 @@ pub struct GenicamSettings {
     /// number of frame buffers
     #[schemars(range(min = 4, max = 256))]
     pub buffers: usize,
+}
+
+/// Which pixels of a Bayer sensor are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SensorColour {
+    /// Every second one.
+    #[default]
+    Green,
+    /// Every fourth one.
+    Red,
+    /// Every fourth one.
+    Blue,
+}
+
+impl SensorColour {
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Green => "green",
+            Self::Red => "red",
+            Self::Blue => "blue",
+        }
+    }
 }
 
 /// Which edge triggers.
@@ -84,6 +111,7 @@ impl Default for GenicamSettings {
             serial: String::new(),
             format_8: String::new(),
             format_16: String::new(),
+            sensor_colour: SensorColour::default(),
             binning: 1,
             trigger_line: String::new(),
             trigger_edge: TriggerEdge::default(),

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, PlanesProjector,
-    Pose, Projector, Scan, StageDescription, StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, Frame, GratingProjector, ImageFileError, Manifest, PlanesProjector, Pose,
+    Projector, Scan, StageDescription, StageView, params::FORMAT, write_manifest, write_png,
 };
 use optics::StageKind;
 use rayon::prelude::*;
@@ -239,11 +239,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
         format: FORMAT.to_owned(),
         stage: StageDescription { kind: capture_kind(shape.stage), ..StageDescription::default() },
         background: None,
-        camera: CameraFormat {
-            width_px: shape.width_px,
-            height_px: shape.height_px,
-            channel: ChannelChoice::Auto,
-        },
+        camera: CameraFormat::of_size(shape.width_px, shape.height_px),
         target: usual_target(model),
         projector: projector(model),
         poses: (0..request.n_poses)

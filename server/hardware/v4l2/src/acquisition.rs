@@ -7,11 +7,13 @@ use vision::GreyImage;
 
 use crate::device::{Filled, Format, Stamped};
 use crate::pixels::{InvalidImage, SourceFormat};
+use crate::settings::CameraChannel;
 
 /// Frame counts since the acquisition started, and the state for the next frame.
 pub struct Acquisition {
     format: Format,
     source: SourceFormat,
+    channel: CameraChannel,
     settings: CameraSettings,
     /// The driver's number of the last frame received, including damaged ones, and its position in the count.
     last: Option<(u32, u64)>,
@@ -24,8 +26,8 @@ pub struct Acquisition {
 
 impl Acquisition {
     /// Starts an acquisition.
-    pub fn new(format: Format, source: SourceFormat, settings: CameraSettings) -> Self {
-        Self { format, source, settings, last: None, next: 0, damaged: 0, last_exposed_at: None }
+    pub fn new(format: Format, source: SourceFormat, channel: CameraChannel, settings: CameraSettings) -> Self {
+        Self { format, source, channel, settings, last: None, next: 0, damaged: 0, last_exposed_at: None }
     }
 
     /// Updates the settings that may change while it runs: the exposure.
@@ -46,7 +48,7 @@ impl Acquisition {
         let Some(place) = self.count(filled.sequence) else { return Ok(None) };
         let unpacked = match filled.is_damaged {
             true => Err(InvalidImage::Incomplete),
-            false => self.source.unpack(filled.bytes, &self.format, image),
+            false => self.source.unpack(filled.bytes, &self.format, self.channel, image),
         };
         match unpacked {
             Ok(()) => {}

@@ -191,14 +191,14 @@ impl Camera for V4l2Camera {
 
     /// Automatic functions are turned off again: another program may have turned one on.
     fn start(&mut self) -> Result<(), CameraError> {
-        let (n_buffers, settings) = (self.config.buffers, self.settings);
+        let (n_buffers, channel, settings) = (self.config.buffers, self.config.channel, self.settings);
         let is_running = self.acquisition.is_some();
         let opened = self.opened()?;
         if is_running {
             return Ok(());
         }
         let manual = controls::turn_off_automatic_functions(&mut *opened.device);
-        let acquisition = Acquisition::new(opened.format, opened.source, settings);
+        let acquisition = Acquisition::new(opened.format, opened.source, channel, settings);
         let started = match manual {
             Ok(()) => opened.device.start(n_buffers).map_err(|error| ("acquisition", error)),
             Err(NotManual::StaysAutomatic(what)) => Err((what, io::Error::other("it cannot be turned off"))),

@@ -1,19 +1,22 @@
 //! Conversion of the pixels of video devices to grey images, in the one copy from the kernel's buffer.
 //!
-//! Deeper pixels are shifted to the top of 16 bits. Of YUYV and MJPG the luma is used unchanged: with studio range (16
-//! to 235) white is 235, which is not recognised as saturated.
+//! Deeper pixels fill 16 bits, white at full scale. Of YUYV and MJPG the luma is used unchanged, or one
+//! colour, that of the laser: with studio range (16 to 235) white is 235, which is not recognised as saturated. YUYV
+//! has colour in half as many columns as luma, MJPG in half as many columns and, mostly, rows.
 
 mod huffman;
 
 use std::borrow::Cow;
 
 use vision::GreyImage;
+use vision::white_level::widened;
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use crate::device::{Format, FourCc};
+use crate::settings::CameraChannel;
 
 /// Byte layout of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,11 +73,17 @@ impl SourceFormat {
         matches!(self.packing, Packing::Sixteen(_))
     }
 
-    /// Writes the image into `image`, whose memory is reused.
+    /// Writes the image into `image`, whose memory is reused; `channel`: of a colour camera.
     ///
     /// # Errors
     /// [`InvalidImage`]; the content of `image` is then undefined.
-    pub fn unpack(&self, bytes: &[u8], format: &Format, image: &mut GreyImage) -> Result<(), InvalidImage> {
+    pub fn unpack(
+        &self,
+        bytes: &[u8],
+        format: &Format,
+        channel: CameraChannel,
+        image: &mut GreyImage,
+    ) -> Result<(), InvalidImage> {
         let (width, height) = (format.width_px, format.height_px);
         match self.packing {
             Packing::Eight => {
@@ -86,7 +95,8 @@ impl SourceFormat {
                 let rows = Rows::of(bytes, format, 2 * width)?;
                 let pixels = image.eight_mut(width, height).map_err(|_| InvalidImage::Incomplete)?;
                 for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
-                    out.iter_mut().zip(row.chunks_exact(2)).for_each(|(out, pair)| *out = pair[0]);
+                    let of_pairs = out.chunks_mut(2).zip(row.chunks(4));
+                    of_pairs.for_each(|(out, pair)| unpack_pair(pair, channel, out));
                 }
             }
             Packing::Sixteen(bits) => {
@@ -94,10 +104,10 @@ impl SourceFormat {
                 let pixels = image.sixteen_mut(width, height).map_err(|_| InvalidImage::Incomplete)?;
                 for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
                     let sent = row.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-                    out.iter_mut().zip(sent).for_each(|(out, pixel)| *out = pixel << (16 - bits));
+                    out.iter_mut().zip(sent).for_each(|(out, pixel)| *out = widened(pixel, bits));
                 }
             }
-            Packing::Jpeg => decode_jpeg(bytes, (width, height), image)?,
+            Packing::Jpeg => decode_jpeg(bytes, (width, height), channel, image)?,
         }
         Ok(())
     }
@@ -122,12 +132,38 @@ impl Rows {
     }
 }
 
-/// Decodes only the luma. A truncated image is an error: a tolerant decoder would fill it with invented content.
+/// Two pixels of YUYV: luma, U, luma, V. Colours by ITU-R BT.601, full range.
+fn unpack_pair(pair: &[u8], channel: CameraChannel, out: &mut [u8]) {
+    let byte = |idx: usize| f32::from(pair.get(idx).copied().unwrap_or(128));
+    let (u, v) = (byte(1) - 128.0, byte(3) - 128.0);
+    let above_luma = match channel {
+        CameraChannel::Luma => 0.0,
+        CameraChannel::Red => 1.402 * v,
+        CameraChannel::Green => -0.344_136 * u - 0.714_136 * v,
+        CameraChannel::Blue => 1.772 * u,
+    };
+    // The cast saturates.
+    out.iter_mut().enumerate().for_each(|(idx, out)| *out = (byte(2 * idx) + above_luma).round() as u8);
+}
+
+/// Decodes one channel. A truncated image is an error: a tolerant decoder would fill it with invented content.
 ///
 /// Bytes lost in its middle are not detectable: the kernel marks such frames if it knows of them.
-fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), InvalidImage> {
+fn decode_jpeg(
+    bytes: &[u8],
+    size: (usize, usize),
+    channel: CameraChannel,
+    image: &mut GreyImage,
+) -> Result<(), InvalidImage> {
+    let colour = match channel {
+        CameraChannel::Luma => None,
+        CameraChannel::Red => Some(0),
+        CameraChannel::Green => Some(1),
+        CameraChannel::Blue => Some(2),
+    };
+    let space = if colour.is_some() { ColorSpace::RGB } else { ColorSpace::Luma };
     let bytes = with_tables(trimmed(bytes)?)?;
-    let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::Luma);
+    let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(space);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&bytes[..]), options);
     decoder.decode_headers().map_err(|_| InvalidImage::Incomplete)?;
     let got = decoder.dimensions().ok_or(InvalidImage::Incomplete)?;
@@ -135,7 +171,12 @@ fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Res
         return Err(InvalidImage::WrongSize(got.0, got.1));
     }
     let pixels = image.eight_mut(size.0, size.1).map_err(|_| InvalidImage::Incomplete)?;
-    decoder.decode_into(pixels).map_err(|_| InvalidImage::Incomplete)
+    let Some(colour) = colour else {
+        return decoder.decode_into(pixels).map_err(|_| InvalidImage::Incomplete);
+    };
+    let rgb = decoder.decode().map_err(|_| InvalidImage::Incomplete)?;
+    pixels.iter_mut().zip(rgb.chunks_exact(3)).for_each(|(out, rgb)| *out = rgb[colour]);
+    Ok(())
 }
 
 /// The image up to its end marker; cameras pad with zeros behind it.

@@ -12,6 +12,9 @@ pub struct V4l2Settings {
     pub format_8: String,
     /// pixel format for more bits: Y16, Y12 or Y10; empty: the first of these it has
     pub format_16: String,
+    /// what is used of a colour image (YUYV, MJPG): its luma, or the colour of the laser
+    #[schemars(with = "String", extend("enum" = ["luma", "red", "green", "blue"]))]
+    pub channel: CameraChannel,
     /// columns of the image; 0: those of the largest image
     pub width_px: usize,
     /// rows of the image; 0: those of the largest image
@@ -23,6 +26,21 @@ pub struct V4l2Settings {
     pub buffers: u32,
 }
 
+/// The channel used of a colour image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraChannel {
+    /// As the camera sends it, in full resolution.
+    #[default]
+    Luma,
+    /// Red.
+    Red,
+    /// Green.
+    Green,
+    /// Blue.
+    Blue,
+}
+
 impl Default for V4l2Settings {
     /// Best format, largest image, lowest gain; the device file must be configured.
     fn default() -> Self {
@@ -30,6 +48,7 @@ impl Default for V4l2Settings {
             device: String::new(),
             format_8: String::new(),
             format_16: String::new(),
+            channel: CameraChannel::default(),
             width_px: 0,
             height_px: 0,
             gain: 0,

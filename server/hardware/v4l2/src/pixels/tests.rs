@@ -7,10 +7,14 @@ fn format(code: &[u8; 4], (width_px, height_px): (usize, usize), row_bytes: usiz
 }
 
 fn unpack(bytes: &[u8], format: &Format) -> Result<Vec<u16>, InvalidImage> {
+    channel_of(CameraChannel::Luma, bytes, format)
+}
+
+fn channel_of(channel: CameraChannel, bytes: &[u8], format: &Format) -> Result<Vec<u16>, InvalidImage> {
     let is_deep = FORMATS.iter().find(|known| known.code == format.pixels).unwrap().is_deep();
     let source = SourceFormat::choose(&[format.pixels], is_deep, "").unwrap();
     let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
-    source.unpack(bytes, format, &mut image)?;
+    source.unpack(bytes, format, channel, &mut image)?;
     assert_eq!((image.width(), image.height()), (format.width_px, format.height_px));
     Ok(match image.pixels() {
         Pixels::Eight(pixels) => pixels.iter().map(|&pixel| u16::from(pixel)).collect(),
@@ -24,13 +28,37 @@ fn every_format_gives_the_grey_levels_that_were_sent() {
         (b"GREY", vec![1, 2, 3, 4], [1, 2, 3, 4]),
         (b"YUYV", vec![1, 128, 2, 128, 3, 99, 4, 99], [1, 2, 3, 4]),
         (b"Y16 ", vec![0x34, 0x12, 0xFF, 0xFF, 0, 0, 1, 0], [0x1234, 0xFFFF, 0, 1]),
-        (b"Y12 ", vec![0xBC, 0x0A, 0xFF, 0x0F, 0, 0, 1, 0], [0xABC0, 0xFFF0, 0, 16]),
-        (b"Y10 ", vec![0xA5, 0x03, 0xFF, 0x03, 0, 0, 1, 0], [0x3A5 << 6, 0xFFC0, 0, 64]),
+        (b"Y12 ", vec![0xBC, 0x0A, 0xFF, 0x0F, 0, 0, 1, 0], [0xABCA, 0xFFFF, 0, 16]),
+        (b"Y10 ", vec![0xA5, 0x03, 0xFF, 0x03, 0, 0, 1, 0], [0xE97A, 0xFFFF, 0, 64]),
     ] {
         let row_bytes = bytes.len() / 2;
         assert_eq!(unpack(&bytes, &format(code, (2, 2), row_bytes)).unwrap(), expected, "{code:?}");
         let short = unpack(&bytes[..bytes.len() - 1], &format(code, (2, 2), row_bytes));
         assert_eq!(short, Err(InvalidImage::Incomplete), "{code:?}: a byte is missing");
+    }
+}
+
+#[test]
+fn a_colour_of_the_laser_is_taken_from_luma_and_chroma() {
+    let channels = [CameraChannel::Luma, CameraChannel::Red, CameraChannel::Green, CameraChannel::Blue];
+    let (width, height) = (16, 16);
+    for rgb in [[200_u8, 10, 30], [10, 180, 20], [15, 25, 220], [90, 90, 90]] {
+        let [r, g, b] = rgb.map(f32::from);
+        let luma = 0.299 * r + 0.587 * g + 0.114 * b;
+        let chroma = |colour: f32, range: f32| (128.0 + (colour - luma) / range).round() as u8;
+        let pair = [luma.round() as u8, chroma(b, 1.772), luma.round() as u8, chroma(r, 1.402)];
+        let yuyv = pair.repeat(width * height / 2);
+        let mut jpeg = Vec::new();
+        let pixels = rgb.repeat(width * height);
+        let encoder = jpeg_encoder::Encoder::new(&mut jpeg, 95);
+        encoder.encode(&pixels, width as u16, height as u16, jpeg_encoder::ColorType::Rgb).unwrap();
+        for (code, bytes) in [(b"YUYV", &yuyv), (b"MJPG", &jpeg)] {
+            for (channel, expected) in channels.into_iter().zip([luma, r, g, b]) {
+                let got = channel_of(channel, bytes, &format(code, (width, height), 0)).unwrap();
+                let off = got.iter().map(|&level| (f32::from(level) - expected).abs()).fold(0.0, f32::max);
+                assert!(off <= 4.0, "{rgb:?} {channel:?}: {off} levels off in {code:?}");
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Pose, Scan,
+    CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, NominalPosition, Pose, Scan,
     StageDescription, StageView,
 };
 use recording::{
@@ -372,7 +372,7 @@ fn recorded() -> TempDir {
         format: "sheaf-capture/1".into(),
         stage: StageDescription::default(),
         background: None,
-        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX, channel: ChannelChoice::Auto },
+        camera: CameraFormat::of_size(WIDTH_PX, HEIGHT_PX),
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: 660.0,
