@@ -31,7 +31,7 @@ const MAX_DISTANCE_PX: f64 = 3.0;
 /// limits).
 const TOUCHING_WIDTHS: f32 = 3.0;
 /// Width of the light relative to the distance of two touching lines: of one of them if half of their height separates
-/// them, of both otherwise. Other light is texture.
+/// them, of both otherwise. Other light is texture, and light wider than any line is no pair of lines.
 const WIDTH_OF_ONE: Range<f32> = 0.2..0.8;
 const WIDTH_OF_BOTH: Range<f32> = 1.6..2.0;
 /// Largest deviation of their distance from its median, relative to it, in most strips.
@@ -255,8 +255,11 @@ fn touching_line(light: &[f32], peak: usize, width_px: usize) -> Option<usize> {
     let right = (peak + 1..light.len()).take(reach).collect();
     let left = (0..peak).rev().take(reach).collect();
     let other = [nearest(right), nearest(left)].into_iter().flatten().min_by_key(|other| other.abs_diff(peak))?;
-    let width = width_px as f32 / other.abs_diff(peak) as f32;
-    (WIDTH_OF_ONE.contains(&width) || WIDTH_OF_BOTH.contains(&width)).then_some(other)
+    let distance_px = other.abs_diff(peak);
+    let width = width_px as f32 / distance_px as f32;
+    let is_one = WIDTH_OF_ONE.contains(&width) && width_px <= MAX_LINE_WIDTH_PX;
+    let is_both = WIDTH_OF_BOTH.contains(&width) && distance_px <= MAX_LINE_WIDTH_PX;
+    (is_one || is_both).then_some(other)
 }
 
 /// Morphological opening of the profile: minimum over a window of `width`, then maximum.
@@ -327,6 +330,22 @@ mod tests {
         assert!(light.across_px[0].abs_diff(240) < 5 && light.across_px[1].abs_diff(253) < 5, "{light:?}");
         let words = light.to_string();
         assert!(words.contains("px wide at columns 0–639") && words.contains("wider than 40 px"), "{words}");
+    }
+
+    /// Light 89 px wide beside as bright light 223 px away.
+    #[test]
+    fn light_wider_than_any_line_is_not_called_two_lines() {
+        let level = |idx: usize| {
+            let v = (idx / 640) as f64;
+            let share = |middle: f64| ((44.5 - (v - middle).abs()) / 6.0 + 0.5).clamp(0.0, 1.0);
+            (10.0 + 150.0 * (share(130.0) + share(353.0)) + (idx * 7919 % 5) as f64 * 0.5).round() as u8
+        };
+        let image = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
+        let found = light_in(&image);
+        assert_eq!(found.len(), 2, "{found:?}");
+        for light in found {
+            assert!(light.touching_px.is_none() && light.to_string().contains("wider than 40 px"), "{light}");
+        }
     }
 
     /// Two Gaussian lines 8 px wide, at row 240 and this far below.
