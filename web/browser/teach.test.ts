@@ -122,6 +122,14 @@ test(
     await page.locator("[data-taught=height]").getByLabel("Upper deviation").fill("0.04");
     await page.keyboard.press("Enter");
     await publish.getByLabel("Reason").fill("wider fit");
+    // Its settings are part of it; what is incomplete blocks it.
+    await page.getByText("Recipe settings", { exact: true }).click();
+    await page.getByLabel("Recipe number").fill("12");
+    await page.getByLabel("Serial numbers (regular expression)").fill("T-[0-9]+");
+    await page.getByRole("button", { name: "Add an attribute" }).click();
+    await page.getByLabel("Value of attribute 1").fill("4711");
+    await publish.getByText("The attribute needs a name.").waitFor();
+    await page.getByLabel("Name of attribute 1").fill("drawing");
     await publish.getByRole("button", { name: "Publish version" }).click();
     await page.locator('[data-published="taught@2"]').waitFor();
     // The versions say what changed, and the first can be published again.
@@ -149,6 +157,12 @@ test(
     expect(measured).toEqual([]);
     const version = await server.call<Schemas["RecipeVersionDto"]>("GET", "/api/v1/recipes/taught/versions/2");
     expect(version.reason).toBe("wider fit");
+    expect(version.recipe).toMatchObject({
+      number: 12,
+      serial_pattern: "T-[0-9]+",
+      attributes: { drawing: "4711" },
+      scan: { from_mm: -12, to_mm: 12, step_mm: 0.4 },
+    });
     const inspected = await server.job("/api/v1/inspections", { recipe: "taught", serial: "T-1" });
     const inspection = await server.call<Schemas["InspectionDto"]>(
       "GET",

@@ -11,12 +11,11 @@ import {
   limited,
   limitsIn,
   partsOf,
-  settingsOf,
   withLimits,
   withoutCharacteristic,
   withParts,
 } from "../src/pages/teach/draft";
-import { recipeFile } from "../src/pages/teach/recipe_file";
+import { recipeFile } from "../src/pages/teach/recipe/recipe_file";
 
 const REGION = { min: [-5, -5, 380] as [number, number, number], max: [5, 5, 410] as [number, number, number] };
 
@@ -119,30 +118,6 @@ test("a region is turned into the datum frame as the box around it", () => {
   ];
   const box = boxInDatum({ min: [1, 2, 3], max: [4, 6, 8] }, { rotation, translation_mm: [10, 0, -3] });
   expect(box).toEqual({ min: [4, 1, 0], max: [8, 4, 5] });
-});
-
-test("a new recipe scans as the scan did", () => {
-  const run = {
-    from_mm: -12,
-    to_mm: 12,
-    step_mm: 0.4,
-    mode: "stop_and_go",
-    exposure_us: 8000,
-    exposures_us: [],
-    laser_power: 0.5,
-    n_rows: 61,
-  } as unknown as Schemas["ScanRunDto"];
-  expect(settingsOf(run)).toEqual({
-    from_mm: -12,
-    to_mm: 12,
-    mode: "stop_and_go",
-    step_mm: 0.4,
-    exposure_us: 8000,
-    laser_power: 0.5,
-  });
-  const hdr = { ...run, mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] } as typeof run;
-  expect(settingsOf(hdr)).toMatchObject({ mode: "continuous", speed_mm_s: 20, exposures_us: [500, 8000] });
-  expect(settingsOf(hdr)).not.toHaveProperty("step_mm");
 });
 
 describe("a characteristic from several features", () => {

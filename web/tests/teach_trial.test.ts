@@ -2,47 +2,8 @@
 
 import { expect, test, vi } from "vitest";
 import type { Schemas } from "../src/api/client";
-import type { App } from "../src/app";
-import type { Scan } from "../src/pages/result/scan_record";
-import { EMPTY_PLAN, type Evaluation, type Plan } from "../src/pages/teach/draft";
-import { TeachState } from "../src/pages/teach/teach_state";
-
-interface Call {
-  path: string;
-  body: { plan: Plan; tool?: string; region_mm?: number[] };
-  signal: AbortSignal | undefined;
-  answer: (body: unknown) => void;
-  refuse: (detail: string) => void;
-}
-
-/** A server whose answers are given by the test. */
-function server() {
-  const calls: Call[] = [];
-  const request = (path: string, { body, signal }: { body?: Call["body"]; signal?: AbortSignal }) =>
-    new Promise((resolve, reject) => {
-      const reply = (status: number, part: object) =>
-        resolve({ response: new Response(null, { status }), ...part });
-      signal?.addEventListener("abort", () => reject(new DOMException("aborted", "AbortError")));
-      calls.push({
-        path: path.split("/").at(-1) ?? "",
-        body: body ?? { plan: EMPTY_PLAN },
-        signal,
-        answer: (data) => reply(200, { data }),
-        refuse: (detail) => reply(422, { error: { title: "Impossible", detail } }),
-      });
-    });
-  const last = async (n: number): Promise<Call> => {
-    await vi.waitFor(() => expect(calls).toHaveLength(n));
-    return calls[n - 1] as Call;
-  };
-  return { api: { GET: request, POST: request }, calls, last };
-}
-
-function taught(api: object) {
-  const scan = { id: "s", cloud: "/cloud" } as unknown as Scan;
-  const state = new TeachState({ api } as unknown as App, scan, undefined);
-  return { state, end: state.follow() };
-}
+import type { Evaluation, Plan } from "../src/pages/teach/draft";
+import { server, taught } from "./taught";
 
 /** The server's answer to a plan: every characteristic has this value and verdict. */
 function said(
@@ -184,18 +145,19 @@ test("in a recipe that aligns the part, regions are in the datum frame of this s
 test("a reason that is typed while a version is being published is that of the next one", async () => {
   const { api, last } = server();
   const { state, end } = taught(api);
-  state.base.value = { id: "ball", version: 1, recipe: {} } as unknown as Schemas["NewestRecipeDto"];
-  state.reason.value = "first article";
-  const published = state.publish.start();
+  const { recipe } = state;
+  recipe.base.value = { id: "ball", version: 1, recipe: {} } as unknown as Schemas["NewestRecipeDto"];
+  recipe.reason.value = "first article";
+  const published = recipe.publish.start();
   const version = await last(1);
   expect(version.body).toMatchObject({ reason: "first article" });
   version.answer({ id: "ball", version: 2 });
   const newest = await last(2);
-  expect(state.reason.value).toBe("");
-  state.reason.value = "wider fit";
+  expect(recipe.reason.value).toBe("");
+  recipe.reason.value = "wider fit";
   newest.answer({ id: "ball", version: 2, recipe: {} });
   expect(await published).toBe(true);
-  expect([state.reason.value, state.published.value?.version, state.base.value?.version]).toEqual([
+  expect([recipe.reason.value, recipe.published.value?.version, recipe.base.value?.version]).toEqual([
     "wider fit",
     2,
     2,

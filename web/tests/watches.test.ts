@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { trendOf, valueText, watchTone } from "../src/pages/health/watch_trend";
-import { exposuresUpTo } from "../src/pages/scan/set_up";
+import { exposuresUpTo } from "../src/pages/scan/acquisition";
 
 type Verdict = Schemas["WatchVerdictDto"];
 

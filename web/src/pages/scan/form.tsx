@@ -4,7 +4,8 @@ import type { Signal } from "@preact/signals";
 import type { Form } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { text } from "../../text";
-import { EXPOSURE_COUNTS, MODES, type SetUp } from "./set_up";
+import { EXPOSURE_COUNTS, MODES } from "./acquisition";
+import type { SetUp } from "./set_up";
 
 /** Smallest step and speed of the input fields; the server checks the limits of the station. */
 const SMALLEST = 0.001;

@@ -3,24 +3,9 @@
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
 import { remembered } from "../../state/browser/remembered";
+import { exposuresUpTo, FIRST_LONGEST_US, MODES, type Mode } from "./acquisition";
 
 export type StartScan = Schemas["StartScanDto"];
-export const MODES = ["stop_and_go", "continuous"] as const;
-export type Mode = (typeof MODES)[number];
-
-/** Selectable numbers of exposures per row. */
-export const EXPOSURE_COUNTS = [1, 2, 3, 4] as const;
-
-/** Ratio of successive exposures of a row; an 8-bit image covers about 12 : 1. */
-const EXPOSURE_RATIO = 6;
-
-/** Default of the longest exposure, several times that of matt grey paint, µs. */
-const FIRST_LONGEST_US = 4000;
-
-/** `n` exposures up to the longest, in ascending order, whole µs. */
-export function exposuresUpTo(longest_us: number, n: number): number[] {
-  return Array.from({ length: n }, (_, at) => Math.round(longest_us / EXPOSURE_RATIO ** (n - 1 - at)));
-}
 
 const from_mm = remembered("scan_from_mm", -20);
 const to_mm = remembered("scan_to_mm", 20);

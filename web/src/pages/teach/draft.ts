@@ -300,15 +300,3 @@ export function boxInDatum(
   }
   return found;
 }
-
-/** The scan settings of a recipe that scans as this scan did. */
-export function settingsOf(run: Schemas["ScanRunDto"]): Schemas["ScanSettingsDto"] {
-  const { from_mm, to_mm, step_mm, from_deg, to_deg, step_deg, mode, speed_mm_s, speed_deg_s } = run;
-  const { laser_power, exposure_us, exposures_us, background } = run;
-  const moves = mode === "continuous" ? { mode, speed_mm_s, speed_deg_s } : { mode, step_mm, step_deg };
-  const hdr = exposures_us.length > 1 ? { exposures_us } : { exposure_us };
-  const all = { from_mm, to_mm, from_deg, to_deg, ...moves, laser_power, ...hdr, background };
-  return Object.fromEntries(
-    Object.entries(all).filter(([, value]) => value != null),
-  ) as Schemas["ScanSettingsDto"];
-}

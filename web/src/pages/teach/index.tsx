@@ -17,7 +17,9 @@ import type { Scan } from "../result/scan_record";
 import { CloudView } from "../viewer/cloud_view";
 import { ComposedCard } from "./composed_card";
 import { PlanCard } from "./plan_card";
-import { PublishCard, RecipeCard } from "./publish_card";
+import { PublishCard } from "./recipe/publish_card";
+import { RecipeCard } from "./recipe/recipe_card";
+import { SettingsCard } from "./settings/card";
 import { SurfaceCard } from "./surface/card";
 import { TeachState } from "./teach_state";
 import { ToolCard } from "./tool_card";
@@ -84,7 +86,7 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
           tools={<MeshTool result={state.result} />}
         />
         <div class="stack">
-          <RecipeCard state={state} />
+          <RecipeCard recipe={state.recipe} />
           <ToolCard state={state} />
           <ComposedCard state={state} />
           <SurfaceCard state={state} />
@@ -96,6 +98,7 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
         surface={state.surface}
         reveal={() => view.reveal()}
       />
+      <SettingsCard settings={state.recipe.settings} form={form} />
       <PublishCard state={state} form={form} />
     </div>
   );

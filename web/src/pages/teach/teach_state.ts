@@ -1,12 +1,10 @@
-/** State of teaching: what is measured next, its trial on the scan, and the plan that will be published. */
+/** State of teaching: what is measured next, its trial on the scan, and the plan of the recipe. */
 
 import { batch, computed, effect, type ReadonlySignal, signal } from "@preact/signals";
-import { data, idempotencyKey, type Schemas } from "../../api/client";
+import { data } from "../../api/client";
 import type { App } from "../../app";
-import { succeeded } from "../../components/job/job_problem";
 import type { Box } from "../../scene/cloud/cloud";
 import type { CloudViewer } from "../../scene/view/viewer";
-import { goTo } from "../../state/browser/route";
 import type { CharacteristicResult, Inspection } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";
 import { ResultState } from "../result/result_state";
@@ -28,13 +26,12 @@ import {
   type Plan,
   type PlanFeature,
   partsOf,
-  settingsOf,
   type Taught,
   withoutCharacteristic,
   withParts,
 } from "./draft";
 import { PlanTrial } from "./plan_trial";
-import { recipeFile } from "./recipe_file";
+import { RecipeState } from "./recipe/recipe_state";
 
 export class TeachState {
   /** The scan with its cloud. */
@@ -80,19 +77,10 @@ export class TeachState {
   });
   /** Deviations from CAD models, of the plan that was evaluated last. */
   readonly surface: SurfaceDeviations;
-  /** The recipe of which the next version is taught; undefined: a new one. */
-  readonly base = signal<Schemas["NewestRecipeDto"] | undefined>(undefined);
-  readonly new_id = signal("");
-  readonly name = signal("");
-  readonly reason = signal("");
-  readonly published = signal<Schemas["RecipeVersionDto"] | undefined>(undefined);
+  /** The recipe that is published with the plan. */
+  readonly recipe: RecipeState;
   readonly id_fault = computed(() => idFault(this.plan.value, this.id.value));
   readonly measure: Command;
-  readonly publish: Command;
-  readonly evaluate: Command;
-  readonly import_file: Command<[File]>;
-  /** Starts from the newest version of a recipe, or from nothing. */
-  readonly load: Command<[string | undefined]>;
   private viewer: CloudViewer | undefined;
   private end_feed: (() => void) | undefined;
   private evaluating: Promise<void> = Promise.resolve();
@@ -101,27 +89,13 @@ export class TeachState {
     private readonly app: App,
     readonly scan: Scan,
     /** The inspection of the scanned part, if there is one. */
-    readonly inspection: Inspection | undefined,
+    inspection: Inspection | undefined,
   ) {
     this.result = new ResultState(app, scan);
     this.trial = new PlanTrial(app.api, scan.id);
     this.surface = new SurfaceDeviations(scan.id, this.trial.compared, this.result.view);
     this.measure = new Command(() => this.tryCandidate());
-    this.publish = new Command(() => this.publishPlan());
-    this.load = new Command((_steps, id) => this.start(id));
-    this.import_file = new Command((_steps, file) => this.importFile(file));
-    this.evaluate = new Command(async (steps) => {
-      const version = this.published.peek();
-      if (!inspection || !version) return;
-      const params = { path: { id: inspection.id }, header: { "Idempotency-Key": idempotencyKey() } };
-      const body = { recipe: `${version.id}@${version.version}` };
-      const job = await data(app.api.POST("/api/v1/inspections/{id}/re-evaluate", { params, body }));
-      // Without `wait_s` the response is a job.
-      if (!("state" in job)) return goTo("inspections", job.id);
-      app.jobs.update(job);
-      steps.accepted();
-      goTo("inspections", succeeded(await app.jobs.ended(job.id)));
-    });
+    this.recipe = new RecipeState(app, scan, inspection, this);
   }
 
   /** Evaluates the plan whenever it changes, until the returned function is called. */
@@ -166,45 +140,13 @@ export class TeachState {
     return this.plan.value.alignment != null && this.pose.value === undefined;
   }
 
-  /** Starts from the newest version of a recipe, or from nothing; what was added is lost. */
-  private async start(id: string | undefined): Promise<void> {
-    const base = id
-      ? await data(this.app.api.GET("/api/v1/recipes/{id}", { params: { path: { id } } }))
-      : undefined;
-    this.base.value = base;
+  /** Replaces the plan; what was added to it is lost. */
+  replacePlan(plan: Plan): void {
     this.trial.clear();
     batch(() => {
       this.candidate.value = undefined;
-      this.plan.value = base?.recipe.plan ?? EMPTY_PLAN;
+      this.plan.value = plan;
     });
-    this.published.value = undefined;
-  }
-
-  /** Publishes the content of an earlier version again; the reason is that of the form, if there is one. */
-  async rollBack(to_version: number, default_reason: string): Promise<void> {
-    const base = this.base.peek();
-    if (!base) return;
-    const params = {
-      path: { id: base.id },
-      header: { "Idempotency-Key": idempotencyKey(), "If-Match": `"${base.version}"` },
-    };
-    const reason = this.reason.peek();
-    const body = { to_version, reason: reason.trim() || default_reason };
-    await data(this.app.api.POST("/api/v1/recipes/{id}/roll-back", { params, body }));
-    this.clearReason(reason);
-    await this.start(base.id);
-  }
-
-  /** Imports the file of another station, as the next version if there is a recipe with its id. */
-  async importFile(file: File): Promise<void> {
-    const { api } = this.app;
-    const body = recipeFile(await file.text());
-    const { response } = await api.GET("/api/v1/recipes/{id}", { params: { path: { id: body.id } } });
-    const known = response.ok ? { "If-Match": response.headers.get("ETag") ?? "*" } : {};
-    const params = { header: { "Idempotency-Key": idempotencyKey(), ...known } };
-    const version = await data(api.POST("/api/v1/recipes/import", { params, body }));
-    await this.start(version.id);
-    this.published.value = version;
   }
 
   choose(taught: Taught): void {
@@ -279,36 +221,5 @@ export class TeachState {
       features: features.map((feature) => inFrameOfPlan(feature, pose)),
       characteristic: limited(characteristic, this.limits.value),
     };
-  }
-
-  private async publishPlan(): Promise<void> {
-    const { api } = this.app;
-    const [base, plan, reason] = [this.base.peek(), this.plan.peek(), this.reason.peek()];
-    const [new_id, name] = [this.new_id.peek(), this.name.peek()];
-    const header = { "Idempotency-Key": idempotencyKey() };
-    const version = base
-      ? await data(
-          api.POST("/api/v1/recipes/{id}/versions", {
-            params: { path: { id: base.id }, header: { ...header, "If-Match": `"${base.version}"` } },
-            body: { reason, recipe: { ...base.recipe, plan } },
-          }),
-        )
-      : await data(
-          api.POST("/api/v1/recipes", {
-            params: { header },
-            body: { id: new_id, reason, recipe: { name: name || new_id, scan: settingsOf(this.scan.plan), plan } },
-          }),
-        );
-    batch(() => {
-      this.published.value = version;
-      this.clearReason(reason);
-    });
-    // A further change is the next version of what was published.
-    this.base.value = await data(api.GET("/api/v1/recipes/{id}", { params: { path: { id: version.id } } }));
-  }
-
-  /** Empties the field of a reason that was used; one that was typed meanwhile is for the next version. */
-  private clearReason(used: string): void {
-    if (this.reason.peek() === used) this.reason.value = "";
   }
 }

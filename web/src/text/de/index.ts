@@ -13,6 +13,7 @@ import { live } from "./live";
 import { drop_reasons, light_models, measured_as, outcomes, scene_on_stage, scenes, tools } from "./measuring";
 import { operate } from "./operate";
 import { problems } from "./problems";
+import { recipe_settings } from "./recipe_settings";
 import { result } from "./result";
 import { results } from "./results";
 import { scan } from "./scan";
@@ -47,6 +48,7 @@ export const de: Catalogue = {
   live,
   operate,
   problems,
+  recipe_settings,
   result,
   results,
   scan,

@@ -2,25 +2,25 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { data, type Schemas } from "../../api/client";
-import { useApp } from "../../app";
-import { CommandButton } from "../../components/command_button";
-import { Show, useLoaded } from "../../components/loading/loading";
-import { versionName } from "../../state/records/inspections";
-import { Command } from "../../state/station/command";
-import { language, text } from "../../text";
-import { dateTime } from "../../units";
-import type { TeachState } from "./teach_state";
+import { data, type Schemas } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../components/command_button";
+import { Show, useLoaded } from "../../../components/loading/loading";
+import { versionName } from "../../../state/records/inspections";
+import { Command } from "../../../state/station/command";
+import { language, text } from "../../../text";
+import { dateTime } from "../../../units";
+import type { RecipeState } from "./recipe_state";
 
 type Version = Schemas["RecipeVersionDto"];
 
 /** Versions shown, newest first. */
 const SHOWN = 50;
 
-export function VersionsCard({ state, id }: { state: TeachState; id: string }) {
+export function VersionsCard({ recipe, id }: { recipe: RecipeState; id: string }) {
   const { api } = useApp();
   const words = text.value.teach;
-  const newest = state.base.value?.version;
+  const newest = recipe.base.value?.version;
   const open = useSignal(false);
   const { state: versions } = useLoaded(
     async () => {
@@ -40,7 +40,7 @@ export function VersionsCard({ state, id }: { state: TeachState; id: string }) {
             {items.map((version) => (
               <VersionRow
                 key={version.version}
-                state={state}
+                recipe={recipe}
                 version={version}
                 is_newest={version.version === newest}
               />
@@ -53,18 +53,18 @@ export function VersionsCard({ state, id }: { state: TeachState; id: string }) {
 }
 
 interface RowProperties {
-  state: TeachState;
+  recipe: RecipeState;
   version: Version;
   is_newest: boolean;
 }
 
-function VersionRow({ state, version, is_newest }: RowProperties) {
+function VersionRow({ recipe, version, is_newest }: RowProperties) {
   const words = text.value.teach;
   const { id, version: number } = version;
   const name = versionName(version);
   const roll_back = useMemo(
-    () => new Command(() => state.rollBack(number, words.rolled_back(name))),
-    [state, number, words, name],
+    () => new Command(() => recipe.rollBack(number, words.rolled_back(name))),
+    [recipe, number, words, name],
   );
   return (
     <li class="stack version" data-version={number}>

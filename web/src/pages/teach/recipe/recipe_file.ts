@@ -1,8 +1,8 @@
 /** The file of a recipe, as exported by a station. */
 
-import { type Problem, ProblemError, type Schemas } from "../../api/client";
-import { fieldOf, textOf } from "../../api/unknown";
-import { text } from "../../text";
+import { type Problem, ProblemError, type Schemas } from "../../../api/client";
+import { fieldOf, textOf } from "../../../api/unknown";
+import { text } from "../../../text";
 
 type RecipeFile = Schemas["RecipeFileDto"];
 

@@ -1,0 +1,148 @@
+/** Exposures, laser power, ambient light, and what is saved of the images. */
+
+import type { ComponentChildren } from "preact";
+import type { Form } from "../../../components/fields/form";
+import { NumberField } from "../../../components/fields/number_field";
+import { text } from "../../../text";
+import { EXPOSURE_COUNTS } from "../../scan/acquisition";
+import type { RecipeSettings } from "./recipe_settings";
+import { modeOf, withExposures } from "./scan_draft";
+
+interface Properties {
+  settings: RecipeSettings;
+  form: Form;
+}
+
+export function LightFields({ settings, form }: Properties) {
+  const words = text.value.scan;
+  const { laser_power, background, keep_frames, record } = settings.scan.value;
+  return (
+    <>
+      <Exposures settings={settings} form={form}>
+        <NumberField
+          form={form}
+          label={words.laser_power}
+          unit="%"
+          optional
+          min={0.1}
+          max={100}
+          placeholder="100"
+          value={laser_power === undefined ? undefined : percent(laser_power)}
+          onChange={(value) => settings.changeScan({ laser_power: value === undefined ? undefined : value / 100 })}
+        />
+      </Exposures>
+      <Check
+        label={words.subtract_ambient}
+        checked={background !== undefined}
+        onChange={(checked) => settings.changeScan({ background: checked ? {} : undefined })}
+      />
+      {background && <Ambient settings={settings} form={form} />}
+      <Check
+        label={words.keep_frames}
+        checked={keep_frames}
+        onChange={(checked) => settings.changeScan({ keep_frames: checked })}
+      />
+      <Check
+        label={words.record}
+        checked={record}
+        onChange={(checked) => settings.changeScan({ record: checked })}
+      />
+    </>
+  );
+}
+
+/** A fraction in percent, without the last digits that multiplication adds. */
+function percent(fraction: number): number {
+  return Number((100 * fraction).toFixed(6));
+}
+
+function Exposures({ settings, form, children }: Properties & { children: ComponentChildren }) {
+  const words = text.value.scan;
+  const { exposures_us } = settings.scan.value;
+  const n = exposures_us.length;
+  const change = (idx: number, value: number | undefined) =>
+    settings.changeScan({ exposures_us: exposures_us.map((one, at) => (at === idx ? value : one)) });
+  return (
+    <div class="row end">
+      <label class="field">
+        <span>{words.n_exposures}</span>
+        <select
+          value={n}
+          onChange={(event) => {
+            settings.scan.value = withExposures(settings.scan.peek(), Number(event.currentTarget.value));
+          }}
+        >
+          {EXPOSURE_COUNTS.map((one) => (
+            <option key={one} value={one}>
+              {words.exposure_counts(one)}
+            </option>
+          ))}
+        </select>
+      </label>
+      {exposures_us.map((value, idx) => (
+        <NumberField
+          key={`${n}-${idx}`}
+          form={form}
+          label={n > 1 ? text.value.recipe_settings.exposure(idx + 1) : words.exposure}
+          unit="µs"
+          optional={n === 1}
+          min={1}
+          placeholder={n === 1 ? words.automatic : ""}
+          value={value}
+          onChange={(value) => change(idx, value)}
+        />
+      ))}
+      {children}
+    </div>
+  );
+}
+
+/** When images with the laser off are captured. */
+function Ambient({ settings, form }: Properties) {
+  const words = text.value.scan;
+  const { background, ...scan } = settings.scan.value;
+  const { every_rows, above_levels } = background ?? {};
+  return (
+    <div class="row end">
+      {modeOf(scan) === "stop_and_go" && (
+        <NumberField
+          form={form}
+          label={words.ambient_rows}
+          unit={words.rows_unit}
+          optional
+          whole
+          min={1}
+          placeholder="1"
+          value={every_rows ?? undefined}
+          onChange={(value) => settings.changeScan({ background: { ...background, every_rows: value ?? null } })}
+        />
+      )}
+      <NumberField
+        form={form}
+        label={words.ambient_levels}
+        unit={words.levels_unit}
+        optional
+        min={0}
+        max={255}
+        placeholder={words.always}
+        value={above_levels ?? undefined}
+        onChange={(value) => settings.changeScan({ background: { ...background, above_levels: value ?? null } })}
+      />
+    </div>
+  );
+}
+
+interface CheckProperties {
+  label: string;
+  checked: boolean;
+  onChange: (checked: boolean) => void;
+}
+
+function Check({ label, checked, onChange }: CheckProperties) {
+  return (
+    <label class="check">
+      <input type="checkbox" checked={checked} onChange={(event) => onChange(event.currentTarget.checked)} />
+      {label}
+    </label>
+  );
+}
