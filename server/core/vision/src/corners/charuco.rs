@@ -4,9 +4,14 @@
 //! chessboard, in a window that ends before the markers.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
-use calib_targets::aruco::resolve_dictionary;
-use calib_targets::charuco::{CharucoBoardSpec, CharucoDetector, CharucoParams as DetectorParams};
+use calib_targets::aruco::{Dictionary, resolve_dictionary};
+use calib_targets::charuco::{
+    CharucoBoardSpec, CharucoDetection, CharucoDetector, CharucoParams as DetectorParams,
+};
 use calib_targets::core::GrayImageView;
 use remedy::Remedy;
 use statistics::median;
@@ -26,7 +31,8 @@ use super::params::{
 use super::{BoardCorners, Corner, CornerError};
 
 /// A ChArUco board as OpenCV prints it: the square at the top left is black, the markers are in the white squares,
-/// numbered row by row.
+/// numbered row by row. With an even number of rows, it may as well be one of OpenCV before 4.6, whose square at the top
+/// left is white (its legacy pattern).
 #[derive(Debug, Clone, PartialEq)]
 pub struct CharucoParams {
     /// Squares along a row.
@@ -147,25 +153,77 @@ pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> 
     misses.into_iter().map(|miss_px| miss_px <= limit_px).collect()
 }
 
+/// A board in the pattern of the detector, which knows only that with a black square at the top left.
+struct Layout {
+    dictionary: Dictionary,
+    /// Rows above the board that only the detector assumes.
+    rows_above: usize,
+}
+
+impl Layout {
+    /// The patterns in which the board may be printed, the usual one first.
+    ///
+    /// With an even number of rows, the legacy pattern is another: the usual one without its first row, whose markers
+    /// the board does not have. Taken for the usual one, it would be put one square aside.
+    fn of(params: &CharucoParams) -> Vec<Self> {
+        let Some(dictionary) = resolve_dictionary(&params.dictionary) else { return Vec::new() };
+        let usual = Self { dictionary, rows_above: 0 };
+        if !params.rows.is_multiple_of(2) {
+            return vec![usual];
+        }
+        let n_markers = params.columns * params.rows / 2;
+        vec![
+            usual,
+            Self { dictionary: with_others_first(&dictionary, params.columns / 2, n_markers), rows_above: 1 },
+        ]
+    }
+}
+
+/// A dictionary whose markers follow `n` others that a board with its first `n_used` markers does not have: its last
+/// ones or, if there are too few, negatives. The detector demands static codes: each dictionary is made once.
+fn with_others_first(dictionary: &Dictionary, n: usize, n_used: usize) -> Dictionary {
+    static MADE: Mutex<BTreeMap<(&'static str, usize, usize), Dictionary>> = Mutex::new(BTreeMap::new());
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    *made.entry((dictionary.name(), n, n_used)).or_insert_with(|| {
+        let used = &dictionary.codes()[..n_used];
+        let all_bits = u64::MAX >> (u64::BITS as usize - dictionary.bit_count());
+        let negatives = used.iter().map(|code| !code & all_bits);
+        let others = dictionary.codes()[n_used..].iter().rev().copied().chain(negatives).take(n);
+        let codes: Vec<u64> = others.chain(used.iter().copied()).collect();
+        let (size, correction) = (dictionary.marker_size(), dictionary.max_correction_bits());
+        Dictionary::from_static_codes(dictionary.name(), size, correction, Box::leak(codes.into_boxed_slice()))
+            .expect("the codes have the bits of the dictionary")
+    })
+}
+
 /// Corners identified by the markers, (column, row) and pixel, row by row.
 fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usize; 2], [f64; 2])>> {
-    let board = CharucoBoardSpec::new(
-        params.rows as u32,
-        params.columns as u32,
-        1.0,
-        params.marker_ratio as f32,
-        resolve_dictionary(&params.dictionary)?,
-    );
-    let detector = CharucoDetector::new(DetectorParams::for_board(board)).ok()?;
     let bytes = bytes_of(image);
-    let found =
-        detector.detect(&GrayImageView { width: image.width(), height: image.height(), data: &bytes }).ok()?;
+    let view = GrayImageView { width: image.width(), height: image.height(), data: &bytes };
+    let mut corners = None;
+    let detected = Layout::of(params).into_iter().filter_map(|layout| {
+        let board = CharucoBoardSpec::new(
+            (params.rows + layout.rows_above) as u32,
+            params.columns as u32,
+            1.0,
+            params.marker_ratio as f32,
+            layout.dictionary,
+        );
+        let detector = CharucoDetector::new(DetectorParams::for_board(board)).ok()?;
+        let corners = corners.get_or_insert_with(|| detector.detect_corners(&view));
+        Some((detector.detect_with_corners(&view, corners).ok()?, layout.rows_above))
+    });
+    // With an odd number of columns all markers fit both patterns, and the wrong one has no place for the last column.
+    let fits = |(found, rows_above): &(CharucoDetection, usize)| {
+        (found.markers.len(), found.corners.len(), Reverse(*rows_above))
+    };
+    let (found, rows_above) = detected.max_by_key(fits)?;
     let (columns, rows) = params.inner();
     let mut places: Vec<([usize; 2], [f64; 2])> = found
         .corners
         .iter()
         .filter_map(|corner| {
-            let id = corner.id as usize;
+            let id = (corner.id as usize).checked_sub(rows_above * columns)?;
             (id < columns * rows).then(|| {
                 ([id % columns, id / columns], [f64::from(corner.position.x), f64::from(corner.position.y)])
             })

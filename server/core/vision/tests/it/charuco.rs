@@ -25,20 +25,29 @@ fn board() -> CharucoParams {
     CharucoParams { columns: 10, rows: 7, marker_ratio: 0.7, dictionary: "DICT_5X5_100".to_owned() }
 }
 
+/// Which square is at the top left.
+#[derive(Clone, Copy, PartialEq)]
+enum First {
+    /// As OpenCV prints it.
+    Black,
+    /// As OpenCV before 4.6 printed boards with an even number of rows.
+    White,
+}
+
 /// Whether the board is black at (x, y) in squares from its top left; white outside.
-fn is_black(params: &CharucoParams, markers: &[Vec<Vec<bool>>], x: f64, y: f64) -> bool {
+fn is_black(params: &CharucoParams, first: First, markers: &[Vec<Vec<bool>>], x: f64, y: f64) -> bool {
     let (column, row) = (x.floor(), y.floor());
     let inside = column >= 0.0 && row >= 0.0 && column < params.columns as f64 && row < params.rows as f64;
     if !inside {
         return false;
     }
     let (column, row) = (column as usize, row as usize);
-    if (column + row).is_multiple_of(2) {
+    let is_white = |column: usize, row: usize| (column + row).is_multiple_of(2) == (first == First::White);
+    if !is_white(column, row) {
         return true;
     }
-    let white_before = (0..row * params.columns + column)
-        .filter(|at| (at / params.columns + at % params.columns) % 2 == 1)
-        .count();
+    let white_before =
+        (0..row * params.columns + column).filter(|at| is_white(at % params.columns, at / params.columns)).count();
     let cells = &markers[white_before];
     let rim = 0.5 * (1.0 - params.marker_ratio);
     let cell = |at: f64| ((at.fract() - rim) / params.marker_ratio * cells.len() as f64).floor();
@@ -48,7 +57,7 @@ fn is_black(params: &CharucoParams, markers: &[Vec<Vec<bool>>], x: f64, y: f64) 
 }
 
 /// The board as imaged through `pixel_from_board` (squares to pixels).
-fn drawn(params: &CharucoParams, pixel_from_board: &Matrix3<f64>, seed: u64) -> GreyImage {
+fn drawn(params: &CharucoParams, first: First, pixel_from_board: &Matrix3<f64>, seed: u64) -> GreyImage {
     let markers: Vec<_> =
         (0..params.columns * params.rows / 2).map(|id| params.marker_cells(id).unwrap()).collect();
     let board_from_pixel = pixel_from_board.try_inverse().unwrap();
@@ -61,7 +70,7 @@ fn drawn(params: &CharucoParams, pixel_from_board: &Matrix3<f64>, seed: u64) -> 
                 for down in SAMPLES {
                     let place = [u as f64 + BLUR_PX * across, v as f64 + BLUR_PX * down];
                     let board = board_from_pixel * Vector3::new(place[0], place[1], 1.0);
-                    white += f64::from(!is_black(params, &markers, board.x / board.z, board.y / board.z));
+                    white += f64::from(!is_black(params, first, &markers, board.x / board.z, board.y / board.z));
                 }
             }
             let level = LEVELS[0] + (LEVELS[1] - LEVELS[0]) * white / (SAMPLES.len() * SAMPLES.len()) as f64;
@@ -79,9 +88,8 @@ fn view(turn_rad: f64, u_px: f64, v_px: f64) -> Matrix3<f64> {
 }
 
 /// Finds the corners and compares them with the drawing; returns how many there are.
-fn check(name: &str, pixel_from_board: &Matrix3<f64>) -> usize {
-    let params = board();
-    let found = find_charuco(&drawn(&params, pixel_from_board, 3), &params).unwrap();
+fn check(name: &str, params: &CharucoParams, first: First, pixel_from_board: &Matrix3<f64>) -> usize {
+    let found = find_charuco(&drawn(params, first, pixel_from_board, 3), params).unwrap();
     let (mut squares, mut normalised) = (0.0, 0.0);
     for corner in &found.corners {
         let at = pixel_from_board * Vector3::new(corner.column as f64 + 1.0, corner.row as f64 + 1.0, 1.0);
@@ -101,13 +109,27 @@ fn check(name: &str, pixel_from_board: &Matrix3<f64>) -> usize {
 
 #[test]
 fn a_whole_board_gives_all_its_corners() {
-    assert_eq!(check("whole", &view(0.2, 200.0, 60.0)), 54);
+    assert_eq!(check("whole", &board(), First::Black, &view(0.2, 200.0, 60.0)), 54);
 }
 
 #[test]
 fn a_board_partly_outside_the_image_gives_its_visible_corners() {
-    let n = check("partial", &view(0.2, 620.0, 200.0));
+    let n = check("partial", &board(), First::Black, &view(0.2, 620.0, 200.0));
     assert!((20..50).contains(&n), "{n}");
+}
+
+/// Even numbers of rows, with both parities of the columns; whole, and partly outside the image.
+#[test]
+fn boards_of_both_patterns_are_found_without_being_told_which() {
+    for columns in [9, 10] {
+        let params = CharucoParams { columns, rows: 6, ..board() };
+        for first in [First::Black, First::White] {
+            assert_eq!(check("whole", &params, first, &view(0.2, 200.0, 60.0)), 5 * (columns - 1));
+            // Its last column is in view: without that, boards with an odd number of columns would be ambiguous.
+            let n = check("partial", &params, first, &view(0.2, -40.0, 60.0));
+            assert!((12..5 * (columns - 1)).contains(&n), "{n}");
+        }
+    }
 }
 
 #[test]
