@@ -156,8 +156,10 @@ test(
     const { page, context, complaints } = await visit(browser, server.url);
     await page.getByLabel("Version").selectOption("1");
     await page.getByText("Not the newest version, which is 2.").waitFor();
+    await page.getByLabel("Reason for the hold").fill("new fixture");
     await page.getByRole("button", { name: "Hold queue" }).click();
     await page.getByText("Queue on hold.").waitFor();
+    await page.getByText("Reason: new fixture").waitFor();
     await page.locator("#serial").fill("BL-4");
     await page.keyboard.press("Enter");
     await page.getByText("The queue is on hold. Resume it to inspect parts.").waitFor();
@@ -179,9 +181,18 @@ test(
     // The chosen version is remembered in this browser, and used.
     await page.reload();
     await page.getByRole("button", { name: "Start inspection" }).waitFor();
-    await scanned(page, "BL-5");
+    // The name of the person is sent with the inspection.
+    await page.getByText("No operator name is sent with the inspection.").waitFor();
+    await page.getByRole("link", { name: "Enter a name" }).click();
+    await page.getByLabel("Your name, as others see it").fill("Anna");
+    await page.goBack();
+    await page.getByText("Sent with the inspection: operator Anna.").waitFor();
+    await page.locator("#serial").fill("BL-5");
+    await page.getByRole("button", { name: "Start inspection" }).click();
     await until("BL-5", async () => (await inspections())[0]?.[0] === "BL-5", STATION_MS);
     expect((await inspections())[0]).toEqual(["BL-5", "block@1", null]);
+    const list = await server.call<Schemas["ListDto_InspectionDto"]>("GET", "/api/v1/inspections?limit=1");
+    expect(list.items[0]?.attributes).toEqual({ operator: "Anna" });
     // Back to a scan without a recipe.
     await page.getByRole("combobox", { name: "Recipe" }).selectOption("none: scan only");
     await page.getByRole("button", { name: "Start scan" }).waitFor();

@@ -87,7 +87,7 @@ test("re-evaluations are not parts: older pages are read until there are enough"
 });
 
 /** A server with one inspection of "A-1"; requests are recorded. */
-function bench(post: () => Promise<unknown>) {
+function bench(post: () => Promise<unknown>, operator?: string) {
   const requests: { key: string; body: unknown }[] = [];
   const api = {
     GET: async (_path: string, { params }: { params: { query: { serial: string } } }) => {
@@ -105,7 +105,13 @@ function bench(post: () => Promise<unknown>) {
   const jobs = { list: signal([]), update: () => {}, ended: async () => job("new") };
   const part = { serial: signal(" A-2 "), order: signal("") };
   const app = { api, jobs } as unknown as Pick<App, "api" | "jobs">;
-  return { run: new InspectionRun(app, part, () => "block@2"), part, requests };
+  const run = new InspectionRun(
+    app,
+    part,
+    () => "block@2",
+    () => operator,
+  );
+  return { run, part, requests };
 }
 
 const accepted = async () => ({ data: job("new", { state: "queued" }), response: new Response() });
@@ -116,6 +122,19 @@ test("Start requests an inspection and frees the field for the next serial numbe
   expect(await run.command.start()).toBe(true);
   expect(requests.map(({ body }) => body)).toEqual([{ serial: "A-2", recipe: "block@2", order: "4711" }]);
   expect([part.serial.value, part.order.value]).toEqual(["", " 4711 "]);
+});
+
+test("the name of the person is sent as the operator, also when a part is inspected again", async () => {
+  const { run, part, requests } = bench(accepted, "Anna");
+  const attributes = { operator: "Anna" };
+  await run.command.start();
+  part.serial.value = "A-1";
+  await run.command.start();
+  await run.again.start();
+  expect(requests.map(({ body }) => body)).toEqual([
+    { serial: "A-2", recipe: "block@2", attributes },
+    { serial: "A-1", recipe: "block@2", attributes },
+  ]);
 });
 
 test("a serial number that was inspected before is asked about first", async () => {

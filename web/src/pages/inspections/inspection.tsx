@@ -10,9 +10,11 @@ import { language, text } from "../../text";
 import { dateTime } from "../../units";
 import { Characteristics } from "./characteristics";
 import { Comparisons } from "./comparison";
+import { dataFiles } from "./files";
 import { PartCard } from "./part_card";
 import { PartState } from "./part_state";
 import { ReEvaluate } from "./re_evaluate";
+import { ViolatedRules } from "./violated_rules";
 
 export function InspectionView({ id }: { id: string }) {
   const { api } = useApp();
@@ -57,6 +59,7 @@ function InspectionDetails({ inspection }: { inspection: Inspection }) {
           {words.no_datum}: <span lang="en">{inspection.alignment_failure}</span>
         </p>
       )}
+      {inspection.violated_rules.length > 0 && <ViolatedRules inspection={inspection} />}
       {inspection.re_evaluated_from && <ChangedVerdicts inspection={inspection} />}
       {inspection.scan_id ? (
         <OnPart inspection={inspection} scan_id={inspection.scan_id} />
@@ -150,10 +153,11 @@ function Facts({ inspection }: { inspection: Inspection }) {
   );
 }
 
-/** The inspection as a file. */
+/** The inspection as a document, and its data as files. */
 function Reports({ inspection }: { inspection: Inspection }) {
   const words = text.value.inspections;
   const report = `/api/v1/inspections/${inspection.id}/report`;
+  const { dfq, csv, json } = dataFiles(inspection);
   return (
     <section class="card stack" aria-label={words.report}>
       <h2>{words.report}</h2>
@@ -164,8 +168,14 @@ function Reports({ inspection }: { inspection: Inspection }) {
         <a class="button" href={`${report}?format=pdf`} target="_blank" rel="noreferrer">
           {words.report_pdf}
         </a>
-        <a class="button" href={`${report}?format=dfq`} download={`${inspection.serial}_${inspection.seq}.dfq`}>
+        <a class="button" {...dfq}>
           {words.report_dfq}
+        </a>
+        <a class="button" {...csv} title={words.data_csv_hint}>
+          {words.data_csv}
+        </a>
+        <a class="button" {...json} title={words.data_json_hint}>
+          {words.data_json}
         </a>
       </div>
     </section>

@@ -48,9 +48,14 @@ export class Control {
     addEventListener("pagehide", () => void this.release());
   }
 
+  /** The name that the user has entered, if any. */
+  get entered_name(): string | undefined {
+    return this.holder.value.trim() || undefined;
+  }
+
   /** The name in logs and other browsers. */
   get name(): string {
-    return this.holder.value.trim() || "Operator";
+    return this.entered_name ?? "Operator";
   }
 
   /** The id to send with commands. */

@@ -71,7 +71,8 @@ export const studies = {
   parts: "Seriennummern der Teile, durch Kommas getrennt",
   parts_missing: "Mindestens zwei Teile eingeben.",
   operators: "Prüfer, durch Kommas getrennt",
-  operators_hint: "Ohne Angabe: die Station allein. Sonst tragen die Prüfungen das Attribut „operator“.",
+  operators_hint:
+    "Ohne Angabe: die Station allein. Sonst tragen die Prüfungen das Attribut „operator“; die Seite Bedienen sendet den Namen ihres Benutzers.",
   n_trials: "Prüfungen je Teil und Prüfer",
   delete_study: "Untersuchung löschen",
   delete_hint: "Scans und Prüfungen bleiben erhalten.",

@@ -70,7 +70,8 @@ export const studies = {
   parts: "Serial numbers of the parts, separated by commas",
   parts_missing: "Enter at least two parts.",
   operators: "Operators, separated by commas",
-  operators_hint: "Empty: the station alone. Otherwise inspections carry the attribute “operator”.",
+  operators_hint:
+    "Empty: the station alone. Otherwise inspections carry the attribute “operator”; the Operate page sends the name of its user.",
   n_trials: "Inspections of each part by each operator",
   delete_study: "Delete study",
   delete_hint: "Scans and inspections remain.",

@@ -33,8 +33,11 @@ export function InspectView({ choice, obstacle, job, held }: Properties) {
   current.current = choice;
   const run = useMemo(
     () =>
-      new InspectionRun(app, part, () =>
-        current.current.kind === "recipe" ? storedChoice(current.current) : undefined,
+      new InspectionRun(
+        app,
+        part,
+        () => (current.current.kind === "recipe" ? storedChoice(current.current) : undefined),
+        () => app.control.entered_name,
       ),
     [app],
   );

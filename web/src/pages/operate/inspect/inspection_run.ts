@@ -12,6 +12,9 @@ export interface Part {
   order: Signal<string>;
 }
 
+/** Attribute of inspections by which gauge R&R studies tell the operators apart. */
+const OPERATOR = "operator";
+
 export class InspectionRun {
   readonly command = new Command((steps) => this.begin(steps));
   /** Inspects a part that was inspected before. */
@@ -30,6 +33,8 @@ export class InspectionRun {
     private readonly part: Part,
     /** Reference to the recipe; undefined: by the rule on the serial number. */
     private readonly recipe: () => string | undefined,
+    /** Name of the person who inspects; undefined: not known, and an operator stated by the recipe stays. */
+    private readonly operator: () => string | undefined,
   ) {
     this.newest = computed(() => app.jobs.list.value.find((job) => job.kind === "inspection"));
     this.failed = computed(() => {
@@ -54,8 +59,13 @@ export class InspectionRun {
 
   private async inspect(steps: Steps): Promise<void> {
     const { api, jobs } = this.app;
-    const [recipe, order] = [this.recipe(), this.part.order.peek().trim()];
-    const body = { serial: this.serial, ...(recipe !== undefined && { recipe }), ...(order !== "" && { order }) };
+    const [recipe, order, operator] = [this.recipe(), this.part.order.peek().trim(), this.operator()];
+    const body = {
+      serial: this.serial,
+      ...(recipe !== undefined && { recipe }),
+      ...(order !== "" && { order }),
+      ...(operator !== undefined && { attributes: { [OPERATOR]: operator } }),
+    };
     const params = { header: { "Idempotency-Key": this.keyOf(JSON.stringify(body)) } };
     const job = await data(api.POST("/api/v1/inspections", { params, body })).catch((cause) => {
       // The server has decided: the next attempt is another request.

@@ -1,13 +1,14 @@
 /** Hold and resume of the queue of inspections: no further part starts, from whichever source. */
 
-import { useMemo } from "preact/hooks";
-import { data, type Problem, type Schemas } from "../../../api/client";
+import { useId, useMemo } from "preact/hooks";
+import type { Problem, Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
+import { actorName } from "../../../components/actor";
 import { CommandButton } from "../../../components/command_button";
 import { ProblemCard } from "../../../components/problem";
-import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { dateTime } from "../../../units";
+import { LONGEST_REASON, QueueCommands } from "./queue_commands";
 
 interface Properties {
   /** Undefined: not known yet. */
@@ -19,19 +20,7 @@ interface Properties {
 export function QueueHold({ hold, problem, reload }: Properties) {
   const { api, jobs } = useApp();
   const words = text.value.operate;
-  const [pause, resume] = useMemo(
-    () => [
-      new Command(async () => {
-        await data(api.POST("/api/v1/inspection-queue/hold", { body: {} }));
-        await reload();
-      }),
-      new Command(async () => {
-        await data(api.POST("/api/v1/inspection-queue/resume"));
-        await reload();
-      }),
-    ],
-    [api],
-  );
+  const queue = useMemo(() => new QueueCommands(api, reload), [api]);
   if (problem) return <ProblemCard problem={problem} />;
   if (!hold) return null;
   const n_waiting = jobs.open.value.filter(
@@ -44,21 +33,47 @@ export function QueueHold({ hold, problem, reload }: Properties) {
         {hold.held && (
           <>
             {" "}
-            {words.held_by(hold.held_by ?? "–", dateTime(hold.since_ms, language.value))}
-            {hold.reason && <span> {hold.reason}</span>}
+            {words.held_by(hold.held_by ? actorName(hold.held_by) : "–", dateTime(hold.since_ms, language.value))}
           </>
         )}{" "}
         {words.n_waiting(n_waiting)}
+        {hold.reason && <span class="reason">{words.held_because(hold.reason)}</span>}
       </p>
       {hold.held ? (
-        <CommandButton command={resume} kind="operator">
+        <CommandButton command={queue.resume} kind="operator">
           {words.resume_queue}
         </CommandButton>
       ) : (
-        <CommandButton command={pause} kind="operator">
-          {words.hold_queue}
-        </CommandButton>
+        <>
+          <Reason queue={queue} />
+          <CommandButton command={queue.hold} kind="operator">
+            {words.hold_queue}
+          </CommandButton>
+        </>
       )}
+    </div>
+  );
+}
+
+/** The reason for a hold; optional, so that holding remains one press. */
+function Reason({ queue }: { queue: QueueCommands }) {
+  const id = useId();
+  return (
+    <div class="field">
+      <label for={id}>{text.value.operate.hold_reason}</label>
+      <input
+        id={id}
+        value={queue.reason.value}
+        maxLength={LONGEST_REASON}
+        placeholder={text.value.common.optional}
+        autoComplete="off"
+        onInput={(event) => {
+          queue.reason.value = event.currentTarget.value;
+        }}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") void queue.hold.start();
+        }}
+      />
     </div>
   );
 }

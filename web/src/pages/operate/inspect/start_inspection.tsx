@@ -2,7 +2,9 @@
 
 import { useEffect, useId, useRef } from "preact/hooks";
 import type { Job } from "../../../api/client";
+import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
 import type { Obstacle } from "../readiness";
 import { RunProgress } from "../run_progress";
@@ -58,6 +60,7 @@ export function StartInspection({ run, part, choice, obstacle, job, held }: Prop
           }}
         />
       </div>
+      <Operator />
       {job ? (
         <>
           {job.kind === "inspection" && <Stages job={job} />}
@@ -74,6 +77,18 @@ export function StartInspection({ run, part, choice, obstacle, job, held }: Prop
       <Ended failed={run.failed} />
       {repeated && <Repeated run={run} earlier={repeated} />}
     </section>
+  );
+}
+
+/** Whose name is sent with the inspection. */
+function Operator() {
+  const name = useApp().control.entered_name;
+  const words = text.value.operate;
+  return (
+    <p class="muted operator-sent">
+      {name === undefined ? words.operator_unknown : words.operator_sent(name)}{" "}
+      <a href={href("settings")}>{name === undefined ? words.operator_enter : words.operator_change}</a>
+    </p>
   );
 }
 
