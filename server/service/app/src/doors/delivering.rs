@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use station::wall_clock::now_ms;
-use store::{Change, DeliveryFilter, DeliveryRecord, DeliveryState, DoorRecord, EventRecord, StoreError};
+use store::{
+    Artifacts, Change, DeliveryFilter, DeliveryRecord, DeliveryState, DoorRecord, EventRecord, StoreError,
+};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
@@ -15,14 +17,21 @@ use crate::doors::door::Undelivered;
 use crate::doors::filter::is_addressed_to;
 use crate::doors::params::{EVENTS_AT_A_TIME, EVENTS_KEPT_FOR_DOORS, STORE_RETRY, YIELDS_AFTER};
 use crate::doors::schedule::{jittered, retry_in};
+use crate::error::AppError;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::events::{DeliveryDead, DoorWaiting, EmptyBody, Event, event as event_of};
+use crate::resources::inspections::{ReportFormat, inspection_report};
 
 /// Delivers until `closing`. A delivery in progress is then abandoned, and repeated after the next start.
-pub async fn run(open: Arc<OpenDoor>, catalogue: EventedCatalogue, closing: CancellationToken) {
+pub async fn run(
+    open: Arc<OpenDoor>,
+    catalogue: EventedCatalogue,
+    artifacts: Arc<dyn Artifacts>,
+    closing: CancellationToken,
+) {
     let delivering = async {
         let mut task = loop {
-            match Delivering::resume(open.clone(), catalogue.clone()).await {
+            match Delivering::resume(open.clone(), catalogue.clone(), artifacts.clone()).await {
                 Ok(task) => break task,
                 Err(error) => tracing::error!(door = open.door.name(), %error, "the door cannot be opened"),
             }
@@ -39,6 +48,7 @@ pub async fn run(open: Arc<OpenDoor>, catalogue: EventedCatalogue, closing: Canc
 struct Delivering {
     open: Arc<OpenDoor>,
     catalogue: EventedCatalogue,
+    artifacts: Arc<dyn Artifacts>,
     /// How far the door is; what is stored may lag while the store cannot be written.
     record: DoorRecord,
     /// Events read from the log, after `record.seq`.
@@ -51,7 +61,11 @@ struct Delivering {
 
 impl Delivering {
     /// From the stored position; a new door starts with the next event.
-    async fn resume(open: Arc<OpenDoor>, catalogue: EventedCatalogue) -> Result<Self, StoreError> {
+    async fn resume(
+        open: Arc<OpenDoor>,
+        catalogue: EventedCatalogue,
+        artifacts: Arc<dyn Artifacts>,
+    ) -> Result<Self, StoreError> {
         let name = open.door.name().to_owned();
         let record = match catalogue.read().door(&name).await? {
             Some(record) => record,
@@ -63,7 +77,15 @@ impl Delivering {
             }
         };
         open.attempts.pass(record.seq);
-        Ok(Self { open, catalogue, record, ahead: VecDeque::new(), n_failed: 0, waiting_announced: false })
+        Ok(Self {
+            open,
+            catalogue,
+            artifacts,
+            record,
+            ahead: VecDeque::new(),
+            n_failed: 0,
+            waiting_announced: false,
+        })
     }
 
     async fn deliver(&mut self) {
@@ -218,7 +240,10 @@ impl Delivering {
     /// One attempt; what cannot be read is as good as impossible to deliver.
     async fn attempt(&self, event: &EventRecord) -> Result<Result<(), Undelivered>, StoreError> {
         let outcome = match Delivery::of(self.catalogue.read(), event.clone()).await {
-            Ok(delivery) => self.open.door.deliver(&delivery).await,
+            Ok(delivery) => match self.with_report(delivery).await {
+                Ok(delivery) => self.open.door.deliver(&delivery).await,
+                Err(error) => Err(Undelivered::Refused(format!("the report cannot be made: {}", error.detail))),
+            },
             Err(error @ (StoreError::DamagedRecord { .. } | StoreError::NotFound { .. })) => {
                 Err(Undelivered::Impossible(error.to_string()))
             }
@@ -229,6 +254,18 @@ impl Delivering {
             tracing::warn!(door = self.record.name, event = event.seq, reason = %why, "an event was not delivered");
         }
         Ok(outcome)
+    }
+
+    /// With the report of its inspection, if the door wants it.
+    async fn with_report(&self, delivery: Delivery) -> Result<Delivery, AppError> {
+        match &delivery.inspection {
+            Some(inspection) if self.open.door.wants_report() => {
+                let (read, artifacts) = (self.catalogue.read(), &*self.artifacts);
+                let report = inspection_report(read, artifacts, &inspection.id, ReportFormat::Pdf).await?;
+                Ok(Delivery { report_pdf: Some(report), ..delivery })
+            }
+            _ => Ok(delivery),
+        }
     }
 
     /// Whether an event that cannot be delivered is given up: it is too old, or too many wait behind it.

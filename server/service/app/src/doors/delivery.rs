@@ -16,10 +16,19 @@ pub struct Delivery {
     pub event: EventRecord,
     /// The inspection that it announces.
     pub inspection: Option<InspectionMessage>,
+    /// The report of the inspection as PDF, for a door that wants it ([`Door::wants_report`]).
+    ///
+    /// [`Door::wants_report`]: crate::doors::Door::wants_report
+    pub report_pdf: Option<Vec<u8>>,
 }
 
 impl Delivery {
-    /// The event with what it refers to.
+    /// An event with the inspection that it announces, without its report.
+    pub fn new(event: EventRecord, inspection: Option<InspectionMessage>) -> Self {
+        Self { event, inspection, report_pdf: None }
+    }
+
+    /// The event with what it refers to, without a report.
     ///
     /// # Errors
     /// The inspection cannot be read.
@@ -28,7 +37,7 @@ impl Delivery {
             INSPECTION_FINISHED => Some(read.inspection(&event.subject).await?.try_into()?),
             _ => None,
         };
-        Ok(Self { event, inspection })
+        Ok(Self::new(event, inspection))
     }
 
     /// A message that announces nothing.
@@ -40,7 +49,7 @@ impl Delivery {
             body: json!({}),
             at_ms: now_ms(),
         };
-        Self { event, inspection: None }
+        Self::new(event, None)
     }
 
     /// Its id: the same at every attempt, and different for every event, even if a database was restored from a backup

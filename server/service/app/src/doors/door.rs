@@ -25,6 +25,11 @@ pub trait Door: Send + Sync + 'static {
     /// Whether it delivers this event.
     fn wants(&self, event: &EventRecord) -> bool;
 
+    /// Whether deliveries of inspections contain the report as PDF.
+    fn wants_report(&self) -> bool {
+        false
+    }
+
     /// How long after an event its delivery is given up; `None`: never.
     fn gives_up_after(&self) -> Option<Duration> {
         None

@@ -30,7 +30,7 @@ pub use crate::resources::inspections::{CharacteristicMessage, InspectionMessage
 
 use std::sync::Arc;
 
-use store::{DeliveryFilter, DeliveryRecord, DeliveryState, Listed};
+use store::{Artifacts, DeliveryFilter, DeliveryRecord, DeliveryState, Listed};
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
@@ -64,15 +64,19 @@ impl Doors {
 
     /// Starts delivering, and the servers of doors that have one.
     pub fn start(&self, app: &App) -> Vec<JoinHandle<()>> {
-        let closing = &app.closing;
-        let mut tasks = self.start_delivering(closing);
+        let mut tasks = self.start_delivering(&app.artifacts, &app.closing);
         tasks.extend(self.open.iter().map(|open| tokio::spawn(open.door.clone().serve(app.clone()))));
         tasks
     }
 
-    fn start_delivering(&self, closing: &CancellationToken) -> Vec<JoinHandle<()>> {
+    fn start_delivering(
+        &self,
+        artifacts: &Arc<dyn Artifacts>,
+        closing: &CancellationToken,
+    ) -> Vec<JoinHandle<()>> {
         let task = |open: &Arc<OpenDoor>| {
-            tokio::spawn(delivering::run(open.clone(), self.catalogue.clone(), closing.clone()))
+            let (catalogue, artifacts) = (self.catalogue.clone(), artifacts.clone());
+            tokio::spawn(delivering::run(open.clone(), catalogue, artifacts, closing.clone()))
         };
         self.open.iter().map(task).collect()
     }

@@ -61,7 +61,7 @@ impl Door for Scripted {
 }
 
 struct Bench {
-    _store: Store,
+    store: Store,
     catalogue: EventedCatalogue,
     door: Arc<Scripted>,
     doors: Doors,
@@ -82,7 +82,7 @@ impl Bench {
         });
         let doors = Doors::new(catalogue.clone(), vec![door.clone()]);
         let (closing, tasks) = (CancellationToken::new(), Vec::new());
-        Self { _store: store, catalogue, door, doors, closing, tasks, _folder: folder }
+        Self { store, catalogue, door, doors, closing, tasks, _folder: folder }
     }
 
     fn answer(&self, answer: impl FnMut(&EventRecord) -> Result<(), Undelivered> + Send + 'static) {
@@ -91,7 +91,7 @@ impl Bench {
 
     /// Starts the task; returns once its position is stored.
     async fn start(&mut self) {
-        self.tasks = self.doors.start_delivering(&self.closing);
+        self.tasks = self.doors.start_delivering(&self.store.artifacts, &self.closing);
         while self.catalogue.read().door("mes").await.unwrap().is_none() {
             tokio::time::sleep(SOON).await;
         }

@@ -60,7 +60,8 @@ impl Folder {
         move || {
             clean(&folder, &is_clean);
             match files {
-                Some((stem, documents)) => write_all(&*disk, &folder, &stem, &documents),
+                Some((stem, Some(documents))) => write_all(&*disk, &folder, &stem, &documents),
+                Some((_, None)) => Err(Undelivered::Refused("the report is missing".to_owned())),
                 // A test leaves no file that somebody would read as a result.
                 None => probe(&*disk, &folder).map_err(|error| Undelivered::unreachable(error.to_string())),
             }
@@ -95,6 +96,10 @@ impl Door for Folder {
 
     fn wants(&self, event: &EventRecord) -> bool {
         self.filter.matches(event)
+    }
+
+    fn wants_report(&self) -> bool {
+        self.settings.formats.contains(&Format::Pdf)
     }
 
     async fn deliver(&self, delivery: &Delivery) -> Result<(), Undelivered> {

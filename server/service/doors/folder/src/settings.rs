@@ -15,7 +15,7 @@ pub struct Settings {
     /// folder for the results, an absolute path; it is never created. Give a folder below the mount point of a share: it
     /// does not exist while the share is not mounted, so that nothing is written to the local disk instead
     pub path: PathBuf,
-    /// formats of the results: json, csv, dfq (Q-DAS)
+    /// formats of the results: json, csv, dfq (Q-DAS), pdf (the report)
     #[serde(default = "default_formats")]
     #[schemars(length(min = 1))]
     pub formats: Vec<Format>,
@@ -42,6 +42,8 @@ pub enum Format {
     Csv,
     /// Q-DAS ASCII transfer format
     Dfq,
+    /// the report, with pictures of the cloud
+    Pdf,
 }
 
 fn default_formats() -> Vec<Format> {
@@ -60,7 +62,7 @@ impl Settings {
             return bad("name", "give the door a name");
         }
         if self.formats.is_empty() {
-            return bad("formats", "give at least one of json, csv, dfq");
+            return bad("formats", "give at least one of json, csv, dfq, pdf");
         }
         if (1..self.formats.len()).any(|idx| self.formats[..idx].contains(&self.formats[idx])) {
             return bad("formats", "give each format once");

@@ -128,7 +128,12 @@ impl Plant {
         assert_eq!(outcomes(&receivers.broker_messages()), expected, "broker");
         assert_eq!(outcomes(&receivers.share_messages()), expected, "share");
         let n = expected.len();
-        assert_eq!((receivers.files("csv"), receivers.files("dfq"), receivers.files("tmp")), (n, n, 0));
+        let files = ["csv", "dfq", "pdf", "tmp"].map(|extension| receivers.files(extension));
+        assert_eq!(files, [n, n, n, 0]);
+        let last = &listed[n - 1];
+        let report = format!("/api/v1/inspections/{}/report?format=pdf", last["id"].as_str().unwrap());
+        let report = self.server().get(&report);
+        assert!(receivers.report(last["serial"].as_str().unwrap()) == report.body, "the report of {last:#}");
         let opcua = receivers.opcua(&["list", "", "0", "0"]);
         let text = |one: &Value, name: &str| one[name].as_str().unwrap().to_owned();
         let pair = |one: &Value| (text(one, "serial"), text(one, "verdict"));

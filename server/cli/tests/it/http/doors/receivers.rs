@@ -66,7 +66,7 @@ impl Receivers {
         let folder = self.folder.display();
         let Self { web_port, broker_port, plc_port, opcua_port, .. } = self;
         format!(
-            "[[doors.folder]]\nname = \"share\"\npath = \"{folder}/share\"\nformats = [\"json\", \"csv\", \"dfq\"]\n\
+            "[[doors.folder]]\nname = \"share\"\npath = \"{folder}/share\"\nformats = [\"json\", \"csv\", \"dfq\", \"pdf\"]\n\
              orders = \"{folder}/orders\"\n\
              [[doors.webhook]]\nname = \"mes\"\nurl = \"http://127.0.0.1:{web_port}/sheaf\"\n\
              secret_file = \"{folder}/secret\"\nallowed_private = [\"127.0.0.1/32\"]\n\
@@ -170,6 +170,16 @@ impl Receivers {
     pub fn files(&self, extension: &str) -> usize {
         let files = fs::read_dir(self.folder.join("share")).unwrap().map(|entry| entry.unwrap().path());
         files.filter(|path| path.extension().is_some_and(|other| other == extension)).count()
+    }
+
+    /// The report in the share of a part, the first of it.
+    pub fn report(&self, serial: &str) -> Vec<u8> {
+        let files = fs::read_dir(self.folder.join("share")).unwrap().map(|entry| entry.unwrap().path());
+        let is_of = |path: &PathBuf| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            name.starts_with(&format!("{serial}_")) && name.ends_with(".pdf")
+        };
+        fs::read(files.filter(is_of).min().expect("there is a report")).unwrap()
     }
 
     /// Drops an order; returns once it is accepted.

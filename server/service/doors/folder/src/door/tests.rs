@@ -28,7 +28,7 @@ fn event(kind: &str, recipe: &str) -> EventRecord {
 }
 
 fn delivery() -> Delivery {
-    Delivery { event: event(INSPECTION_FINISHED, "bracket@7"), inspection: Some(inspection()) }
+    Delivery::new(event(INSPECTION_FINISHED, "bracket@7"), Some(inspection()))
 }
 
 fn names(share: &TempDir) -> Vec<String> {
@@ -62,6 +62,20 @@ async fn an_inspection_is_written_in_every_format_and_a_repetition_changes_nothi
     assert!(read("S1_812.dfq").starts_with(b"K0100 2\r\n"));
     door(&share).deliver(&delivery()).await.unwrap();
     assert_eq!(names(&share), expected);
+}
+
+#[tokio::test]
+async fn the_report_is_written_if_it_is_one_of_the_formats() {
+    let share = tempfile::tempdir().unwrap();
+    let formats = vec![Format::Json, Format::Pdf];
+    let folder = Folder::new(Settings { formats, ..settings(&share) }, Arc::new(LocalDisk), PATIENCE).unwrap();
+    assert!(folder.wants_report() && !door(&share).wants_report());
+    let report_pdf = Some(b"%PDF-1.7".to_vec());
+    folder.deliver(&Delivery { report_pdf, ..delivery() }).await.unwrap();
+    assert_eq!(names(&share), ["S1_812.json", "S1_812.pdf"]);
+    assert_eq!(fs::read(share.path().join("S1_812.pdf")).unwrap(), b"%PDF-1.7");
+    let outcome = folder.deliver(&delivery()).await;
+    assert_eq!(outcome, Err(Undelivered::Refused("the report is missing".to_owned())));
 }
 
 #[tokio::test]

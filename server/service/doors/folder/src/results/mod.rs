@@ -13,14 +13,20 @@ use app::inspections::{csv_table, dfq_document, local};
 
 use crate::settings::Format;
 
-/// The documents of an inspection.
-pub fn documents(formats: &[Format], delivery: &Delivery, inspection: &InspectionMessage) -> Vec<Document> {
-    let document = |format: &Format| match format {
-        Format::Json => Document { extension: "json", bytes: pretty(delivery) },
-        Format::Csv => Document { extension: "csv", bytes: csv_table(inspection).into_bytes() },
-        Format::Dfq => {
-            Document { extension: "dfq", bytes: dfq_document(inspection, local(inspection.inspected_at_ms)) }
-        }
+/// The documents of an inspection; `None` if its report is one of them and is missing.
+pub fn documents(
+    formats: &[Format],
+    delivery: &Delivery,
+    inspection: &InspectionMessage,
+) -> Option<Vec<Document>> {
+    let document = |format: &Format| {
+        let (extension, bytes) = match format {
+            Format::Json => ("json", pretty(delivery)),
+            Format::Csv => ("csv", csv_table(inspection).into_bytes()),
+            Format::Dfq => ("dfq", dfq_document(inspection, local(inspection.inspected_at_ms))),
+            Format::Pdf => ("pdf", delivery.report_pdf.clone()?),
+        };
+        Some(Document { extension, bytes })
     };
     formats.iter().map(document).collect()
 }

@@ -56,5 +56,5 @@ pub fn delivery(event_seq: i64, inspection: InspectionMessage) -> Delivery {
         body: serde_json::json!({ "recipe": "bracket@7", "re_evaluated_from": null }),
         at_ms: inspection.inspected_at_ms,
     };
-    Delivery { event, inspection: Some(inspection) }
+    Delivery::new(event, Some(inspection))
 }

@@ -145,7 +145,7 @@ pub fn result(seq: i64) -> Delivery {
         inspected_at: String::new(),
         inspected_at_ms: 0,
     };
-    Delivery { event: event(seq, "inspection.finished"), inspection: Some(inspection) }
+    Delivery::new(event(seq, "inspection.finished"), Some(inspection))
 }
 
 /// An event with a payload of about this size.

@@ -15,8 +15,8 @@ async fn two_hundred_results_arrive_once_in_order_and_nothing_else() {
     for seq in 1..=600 {
         let delivery = match seq % 3 {
             0 => result(seq),
-            1 => Delivery { event: event(seq, "inspection.held"), inspection: None },
-            _ => Delivery { event: event(seq, "scan.created"), inspection: None },
+            1 => Delivery::new(event(seq, "inspection.held"), None),
+            _ => Delivery::new(event(seq, "scan.created"), None),
         };
         if running.door.wants(&delivery.event) {
             running.deliver(&delivery).await.unwrap();
@@ -64,7 +64,7 @@ async fn prefix_and_station_make_the_topic_and_recipes_select() {
     assert!(running.door.wants(&other) && running.door.wants(&event(4, "station.stopped")));
     other.body = json!({ "recipe": "flange@1" });
     assert!(!running.door.wants(&other));
-    running.deliver(&Delivery { event: event(4, "station.stopped"), inspection: None }).await.unwrap();
+    running.deliver(&Delivery::new(event(4, "station.stopped"), None)).await.unwrap();
     subscriber.until("plant/hall3/cell 4/event", |arrived| arrived.len() == 1);
 }
 

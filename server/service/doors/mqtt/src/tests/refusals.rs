@@ -53,7 +53,7 @@ async fn a_wrong_password_is_named_as_the_reason_and_the_right_one_works() {
 async fn a_topic_that_the_user_may_not_write_is_refused_and_others_pass() {
     let broker = broker_with_user("topic write sheaf/station/result");
     let running = start_as(&broker, "station", "right");
-    let other = Delivery { event: event(1, "scan.created"), inspection: None };
+    let other = Delivery::new(event(1, "scan.created"), None);
     let reason = refused(running.deliver(&other).await);
     assert!(reason.contains("sheaf/station/event: this user may not publish there (not authorised)"), "{reason}");
     running.deliver(&result(2)).await.unwrap();

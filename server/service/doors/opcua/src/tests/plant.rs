@@ -224,7 +224,7 @@ fn delivery(finished: &Finished) -> Delivery {
         body: serde_json::json!({ "recipe": "bracket@7", "re_evaluated_from": null }),
         at_ms: finished.inspection.inspected_at_ms,
     };
-    Delivery { event, inspection: Some(finished.inspection.clone()) }
+    Delivery::new(event, Some(finished.inspection.clone()))
 }
 
 impl ScriptedLine {

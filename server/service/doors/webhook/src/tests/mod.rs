@@ -60,7 +60,7 @@ fn delivery() -> Delivery {
         body: json!({ "name": "Ä" }),
         at_ms: 1_764_172_350_123,
     };
-    Delivery { event, inspection: None }
+    Delivery::new(event, None)
 }
 
 async fn deliver(door: &Webhook) -> Result<(), Undelivered> {
