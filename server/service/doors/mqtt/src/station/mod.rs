@@ -43,14 +43,14 @@ impl Condition {
     }
 }
 
-/// The station has entered this state.
-pub fn online(topics: &Topics, (change, state): (u64, MachineState), simulated: Option<&str>) -> Message {
+/// The station has entered this state; `seq` counts the states since the service started.
+pub fn online(topics: &Topics, (seq, state): (u64, MachineState), simulated: Option<&str>) -> Message {
     let at_ms = now_ms();
     let message = json!({
         "schema": "sheaf-state/1",
         "online": true,
         "state": state.name(),
-        "change": change,
+        "seq": seq,
         "simulated": simulated,
         "timestamp": utc(at_ms),
         "at_ms": at_ms,
@@ -68,10 +68,16 @@ pub fn offline(topics: &Topics, at_ms: Option<i64>) -> Message {
     retained(topics.state(), &message)
 }
 
-/// The faults.
-pub fn health(topics: &Topics, faults: &[FaultMessage]) -> Message {
+/// The faults; `seq` counts their changes since the service started.
+pub fn health(topics: &Topics, seq: u64, faults: &[FaultMessage]) -> Message {
     let at_ms = now_ms();
-    let message = json!({ "schema": "sheaf-health/1", "faults": faults, "timestamp": utc(at_ms), "at_ms": at_ms });
+    let message = json!({
+        "schema": "sheaf-health/1",
+        "seq": seq,
+        "faults": faults,
+        "timestamp": utc(at_ms),
+        "at_ms": at_ms,
+    });
     retained(topics.health(), &message)
 }
 

@@ -18,11 +18,29 @@ pub async fn report(
     mut condition: watch::Receiver<Condition>,
     health_interval: Duration,
 ) {
+    let mut health = Health::default();
     loop {
         let connection = link.up().await;
         tokio::select! {
             () = link.lost(connection) => {}
-            () = report_over_connection(link, topics, &mut condition, health_interval) => return,
+            () = report_over_connection(link, topics, &mut condition, &mut health, health_interval) => return,
+        }
+    }
+}
+
+/// The health last published, on this connection or an earlier one.
+#[derive(Default)]
+struct Health {
+    /// Its number; 0: none yet.
+    seq: u64,
+    faults: Vec<FaultMessage>,
+}
+
+impl Health {
+    /// Takes over what is to be published now: the same again has the same number.
+    fn take(&mut self, faults: &[FaultMessage]) {
+        if self.seq == 0 || self.faults != faults {
+            (self.seq, self.faults) = (self.seq + 1, faults.to_vec());
         }
     }
 }
@@ -32,10 +50,11 @@ async fn report_over_connection(
     link: &Link,
     topics: &Topics,
     condition: &mut watch::Receiver<Condition>,
+    published_health: &mut Health,
     health_interval: Duration,
 ) {
     let mut published = condition.borrow().newest().saturating_sub(1);
-    let mut faults: Option<Vec<FaultMessage>> = None;
+    let mut has_health = false;
     let mut next_health = Instant::now();
     loop {
         let now = condition.borrow_and_update().clone();
@@ -43,10 +62,11 @@ async fn report_over_connection(
             publish(link, &online(topics, *change, now.simulated)).await;
         }
         published = now.newest();
-        let is_changed = faults.as_ref() != Some(&now.faults);
+        let is_changed = !has_health || published_health.faults != now.faults;
         if is_changed && Instant::now() >= next_health {
-            publish(link, &health(topics, &now.faults)).await;
-            (faults, next_health) = (Some(now.faults), Instant::now() + health_interval);
+            published_health.take(&now.faults);
+            publish(link, &health(topics, published_health.seq, &now.faults)).await;
+            (has_health, next_health) = (true, Instant::now() + health_interval);
             continue;
         }
         tokio::select! {

@@ -37,7 +37,7 @@ async fn every_change_of_the_state_is_published_and_the_last_one_retained() {
     assert_eq!(states(&arrived), all);
     let late = Subscriber::late(&broker);
     let last = late.until("/state", |arrived| !arrived.is_empty()).remove(0);
-    let stated = ["schema", "online", "change", "simulated"].map(|field| last.payload[field].clone());
+    let stated = ["schema", "online", "seq", "simulated"].map(|field| last.payload[field].clone());
     assert_eq!(stated, [json!("sheaf-state/1"), json!(true), json!(4), json!("twin")]);
     assert!(
         last.retained && last.content_type == "application/json" && last.payload["at_ms"].is_i64(),
@@ -107,6 +107,8 @@ async fn faults_are_published_when_they_change_but_not_more_often_than_allowed()
         |arrived: &[Arrived]| arrived.last().unwrap().payload["faults"][0]["since_ms"] == N_CHANGES as i64 - 1;
     let arrived = subscriber.until("/health", last);
     let most = begun.elapsed().as_secs_f64() / times().health_interval.as_secs_f64() + 2.0;
+    let numbers: Vec<u64> = arrived.iter().map(|one| one.payload["seq"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, (1..=arrived.len() as u64).collect::<Vec<u64>>());
     assert!(arrived.len() > 3 && (arrived.len() as f64) <= most, "{} of at most {most}", arrived.len());
     let expected = json!([{
         "device": "camera", "kind": "disconnected", "detail": "no frames", "remedy": "check the cable",
