@@ -5488,11 +5488,8 @@ export interface components {
                 report: components["schemas"]["ScanReportDto"];
                 /** @description Version of the software that computed it. */
                 software_version: string;
-                /**
-                 * @description `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
-                 * @example complete
-                 */
-                state: string;
+                /** @description Its state. */
+                state: components["schemas"]["ScanStateDto"];
                 verdict?: components["schemas"]["VerdictDto"] | null;
             }[];
             /** @description URL of the next page; absent on the last page. */
@@ -5571,6 +5568,11 @@ export interface components {
              */
             laser_power: number;
         };
+        /**
+         * @description State of the station by OPC 40100-1; the substates of Operational with its name.
+         * @enum {string}
+         */
+        MachineStateDto: "Preoperational" | "Halted" | "Error" | "Operational.Initialized" | "Operational.Ready" | "Operational.SingleExecution" | "Operational.ContinuousExecution";
         /**
          * @description A measurement to make, with nominal value and tolerance.
          * @example {
@@ -7302,11 +7304,8 @@ export interface components {
             report: components["schemas"]["ScanReportDto"];
             /** @description Version of the software that computed it. */
             software_version: string;
-            /**
-             * @description `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
-             * @example complete
-             */
-            state: string;
+            /** @description Its state. */
+            state: components["schemas"]["ScanStateDto"];
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
         /** @description An exported file. */
@@ -8441,11 +8440,8 @@ export interface components {
             simulated?: string | null;
             /** @description The stage. */
             stage: components["schemas"]["StageDto"];
-            /**
-             * @description State name of OPC 40100-1.
-             * @example Operational.Ready
-             */
-            state: string;
+            /** @description Its state. */
+            state: components["schemas"]["MachineStateDto"];
             /**
              * @description The state in plain words.
              * @example ready
@@ -8461,8 +8457,8 @@ export interface components {
             acknowledged: boolean;
             /** @description Why the Stop did not reach the devices or could not be stored. */
             detail?: string | null;
-            /** @description State after the Stop (OPC 40100-1). */
-            state: string;
+            /** @description State after the Stop. */
+            state: components["schemas"]["MachineStateDto"];
         };
         /** @description The user's camera settings as stored and published; settings that no user changed are absent. */
         StoredCameraSettings: {

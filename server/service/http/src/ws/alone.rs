@@ -17,7 +17,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
-use crate::wire::hardware::station::StopResultDto;
+use crate::wire::hardware::station::{MachineStateDto, StopResultDto};
 use crate::ws::station::Station;
 use crate::ws::{Sources, Streams};
 
@@ -50,7 +50,7 @@ impl Station for NoStation {
     fn note_viewer(&self, _at: Instant) {}
 
     fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StopResultDto> {
-        let nothing = StopResultDto { acknowledged: false, state: "Preoperational", detail: None };
+        let nothing = StopResultDto { acknowledged: false, state: MachineStateDto::Preoperational, detail: None };
         Box::pin(std::future::ready(nothing))
     }
 }

@@ -12,7 +12,7 @@ use utoipa_axum::routes;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::bytes;
 use crate::rest::openapi::document_json;
-use crate::wire::hardware::station::state_names;
+use crate::wire::hardware::station::state_label;
 use crate::wire::service::{HealthDto, ReadyDto};
 use app::App;
 
@@ -42,7 +42,7 @@ async fn get_readiness(State(app): State<App>) -> Result<Json<ReadyDto>, Problem
         return Err(Problem::new(ProblemKind::Unavailable, "the store has been read-only since a write failed")
             .remedy("check the disk, then restart"));
     }
-    let (_, label) = state_names(app.station.status().state);
+    let label = state_label(app.station.status().state);
     Ok(Json(ReadyDto { status: "ready", station: label.to_owned(), free_bytes: app.store.free_bytes().ok() }))
 }
 

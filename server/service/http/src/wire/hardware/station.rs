@@ -8,12 +8,34 @@ use crate::wire::hardware::control::ControlDto;
 use crate::wire::hardware::devices::{CameraDto, LaserDto, StageDto};
 use app::control::StopOutcome;
 
+/// State of the station by OPC 40100-1; the substates of Operational with its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+pub enum MachineStateDto {
+    /// Devices are being opened, or were never connected.
+    Preoperational,
+    /// Stopped by a person: motion and laser stay off until a reset.
+    Halted,
+    /// A fault must be acknowledged.
+    Error,
+    /// Devices respond; a scan is not possible yet (homing or calibration is missing).
+    #[serde(rename = "Operational.Initialized")]
+    Initialized,
+    /// A scan can start.
+    #[serde(rename = "Operational.Ready")]
+    Ready,
+    /// A job uses the station.
+    #[serde(rename = "Operational.SingleExecution")]
+    SingleExecution,
+    /// The live view runs.
+    #[serde(rename = "Operational.ContinuousExecution")]
+    ContinuousExecution,
+}
+
 /// The latest state of the station.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct StationDto {
-    /// State name of OPC 40100-1.
-    #[schema(example = "Operational.Ready")]
-    pub state: &'static str,
+    /// Its state.
+    pub state: MachineStateDto,
     /// The state in plain words.
     #[schema(example = "ready")]
     pub state_label: &'static str,
@@ -68,8 +90,8 @@ pub struct StopResultDto {
     /// Whether the devices received the Stop; `false`: the station thread has ended, with the laser off and the
     /// stage at rest.
     pub acknowledged: bool,
-    /// State after the Stop (OPC 40100-1).
-    pub state: &'static str,
+    /// State after the Stop.
+    pub state: MachineStateDto,
     /// Why the Stop did not reach the devices or could not be stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detail: Option<String>,
@@ -82,7 +104,7 @@ impl StopResultDto {
             .then(|| "the Stop could not be stored: it will not persist across a restart".to_owned());
         Self {
             acknowledged: outcome.acknowledged.is_ok(),
-            state: state_names(state).0,
+            state: state.into(),
             detail: outcome.acknowledged.err().map(|refusal| refusal.to_string()).or(unrecorded),
         }
     }
@@ -100,19 +122,29 @@ pub struct SetLiveDto {
     pub laser_power: f64,
 }
 
-/// OPC 40100-1 name and plain-word label of a state.
-pub fn state_names(state: MachineState) -> (&'static str, &'static str) {
+/// A state in plain words.
+pub fn state_label(state: MachineState) -> &'static str {
     match state {
-        MachineState::Preoperational => ("Preoperational", "starting, or devices missing"),
-        MachineState::Halted => ("Halted", "stopped"),
-        MachineState::Error => ("Error", "fault: action required"),
-        MachineState::Operational(OperationalState::Initialized) => {
-            ("Operational.Initialized", "not ready to scan")
-        }
-        MachineState::Operational(OperationalState::Ready) => ("Operational.Ready", "ready"),
-        MachineState::Operational(OperationalState::SingleExecution) => ("Operational.SingleExecution", "running"),
-        MachineState::Operational(OperationalState::ContinuousExecution) => {
-            ("Operational.ContinuousExecution", "live view")
+        MachineState::Preoperational => "starting, or devices missing",
+        MachineState::Halted => "stopped",
+        MachineState::Error => "fault: action required",
+        MachineState::Operational(OperationalState::Initialized) => "not ready to scan",
+        MachineState::Operational(OperationalState::Ready) => "ready",
+        MachineState::Operational(OperationalState::SingleExecution) => "running",
+        MachineState::Operational(OperationalState::ContinuousExecution) => "live view",
+    }
+}
+
+impl From<MachineState> for MachineStateDto {
+    fn from(state: MachineState) -> Self {
+        match state {
+            MachineState::Preoperational => Self::Preoperational,
+            MachineState::Halted => Self::Halted,
+            MachineState::Error => Self::Error,
+            MachineState::Operational(OperationalState::Initialized) => Self::Initialized,
+            MachineState::Operational(OperationalState::Ready) => Self::Ready,
+            MachineState::Operational(OperationalState::SingleExecution) => Self::SingleExecution,
+            MachineState::Operational(OperationalState::ContinuousExecution) => Self::ContinuousExecution,
         }
     }
 }
@@ -120,10 +152,9 @@ pub fn state_names(state: MachineState) -> (&'static str, &'static str) {
 impl StationDto {
     /// The station with the holder of control.
     pub fn new(status: &StationStatus, control: Option<ControlDto>) -> Self {
-        let (state, state_label) = state_names(status.state);
         Self {
-            state,
-            state_label,
+            state: status.state.into(),
+            state_label: state_label(status.state),
             activity: status.activity.clone(),
             simulated: status.simulated,
             camera: status.into(),
@@ -148,6 +179,18 @@ impl From<&Fault> for FaultDto {
             detail: fault.detail.clone(),
             remedy: fault.remedy.clone(),
             since_ms: fault.since_ms,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_have_the_names_that_every_interface_uses() {
+        for state in MachineState::ALL {
+            assert_eq!(serde_json::to_value(MachineStateDto::from(state)).unwrap(), state.name());
         }
     }
 }

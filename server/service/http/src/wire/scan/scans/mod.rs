@@ -20,7 +20,7 @@ pub use inputs::{
 };
 
 /// State of a scan.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanStateDto {
     /// All planned frames were captured.
@@ -38,6 +38,16 @@ impl ScanStateDto {
             Self::Complete => "complete",
             Self::Partial => "partial",
             Self::Invalid => "invalid",
+        }
+    }
+}
+
+impl From<ScanState> for ScanStateDto {
+    fn from(state: ScanState) -> Self {
+        match state {
+            ScanState::Complete => Self::Complete,
+            ScanState::Partial => Self::Partial,
+            ScanState::Invalid => Self::Invalid,
         }
     }
 }
@@ -98,9 +108,8 @@ pub struct ScanDto {
     pub id: String,
     /// Its name.
     pub name: String,
-    /// `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
-    #[schema(example = "complete")]
-    pub state: &'static str,
+    /// Its state.
+    pub state: ScanStateDto,
     /// Verdict on the part: the worst of the current verdicts of its characteristics; absent if none has a tolerance.
     pub verdict: Option<VerdictDto>,
     /// The current measurement of each characteristic, newest first.
@@ -145,11 +154,7 @@ impl TryFrom<Part> for ScanDto {
             characteristics: part.measured.iter().map(CharacteristicDto::from).collect(),
             purpose: plan.purpose,
             cloud: record.cloud.as_ref().map(|_| format!("{}/cloud", scan_href(&record.id))),
-            state: match record.state {
-                ScanState::Complete => "complete",
-                ScanState::Partial => "partial",
-                ScanState::Invalid => "invalid",
-            },
+            state: record.state.into(),
             id: record.id,
             name: record.name,
             calibration_id: record.calibration_id,
