@@ -12,6 +12,7 @@ use vision::{BoardCorners, CentrelineExtractor, Centrelines};
 use crate::failure::Failure;
 use crate::images::board::{board_geometry, board_remedy, find_board};
 use crate::images::findings::{Finding, Findings, findings_of, pair_findings};
+use crate::images::lines::mark_saturated;
 use crate::images::projected::{lines_in, without_lines};
 use crate::images::search::{Directions, LineSearch};
 use crate::progress::{Reporter, Task};
@@ -115,9 +116,7 @@ impl LaserLines {
             None => photograph.channel(channel),
         };
         let mut lines = lines_in(&image, projector, laser.line, extractor);
-        for lines in &mut lines {
-            lines.mark_saturated((image.width(), image.height()), |u, v| photograph.is_saturated(u, v, channel));
-        }
+        lines.iter_mut().for_each(|lines| mark_saturated(lines, &photograph, channel, off.is_some()));
         let all = match &lines[..] {
             [only] => Cow::Borrowed(only),
             several => Cow::Owned(Centrelines {

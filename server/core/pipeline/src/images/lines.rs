@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
-use vision::{CentrelineParams, Centrelines, Channel, GreyImage, WhiteLevel};
+use vision::{CameraImage, CentrelineParams, Centrelines, Channel, GreyImage, WhiteLevel};
 
 use crate::failure::Failure;
 use crate::images::background::Background;
@@ -34,8 +34,7 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
         None => photograph.image.channel(search.channel),
     };
     let mut lines = search.all_lines(&image);
-    let size_px = (image.width(), image.height());
-    lines.mark_saturated(size_px, |u, v| photograph.image.is_saturated(u, v, search.channel));
+    mark_saturated(&mut lines, &photograph.image, search.channel, background.is_some());
     let mut findings = findings_of(&image, &lines, search);
     let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
     let pair =
@@ -53,6 +52,20 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     findings.extend(pair);
     let (photograph, jpeg_quality) = (photograph.image.channel(Channel::Luma), photograph.jpeg_quality);
     Ok(FoundLines { photograph, image, lines, findings, jpeg_quality })
+}
+
+/// Marks points that were saturated in the photograph, where the extraction saw something else: the image minus its
+/// background, or one colour in excess of the others.
+pub(crate) fn mark_saturated(
+    lines: &mut Centrelines,
+    photograph: &CameraImage,
+    channel: Channel,
+    is_difference: bool,
+) {
+    if is_difference || matches!(photograph, CameraImage::Colour(_)) {
+        let size_px = (photograph.width(), photograph.height());
+        lines.mark_saturated(size_px, |u, v| photograph.is_saturated(u, v, channel));
+    }
 }
 
 /// The channel in which the images of one camera show its laser: as requested, or selected from some of the
