@@ -60,7 +60,7 @@ fn a_wrong_line_direction_is_reported() {
     let (result, exit) = sheaf_json(&["centrelines", &image, "-o", &out, "--direction", "columns"]);
     assert_eq!((exit, kinds(&result["images"][0]).contains(&"other_direction")), (0, true), "{result:#}");
     let words = err(&sheaf(&["centrelines", &image, "-o", &out, "--line-direction", "columns", "-q"]));
-    assert!(words.contains("try --direction rows"), "{words}");
+    assert!(words.contains("--direction rows"), "{words}");
     // No finding with the correct direction; `both` gives the same lines.
     let count = |direction: &str| {
         let (result, _) = sheaf_json(&["centrelines", &image, "-o", &out, "--direction", direction]);

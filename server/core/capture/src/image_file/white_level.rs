@@ -17,7 +17,8 @@ use super::{read_header, read_photograph};
 pub fn white_level_of(images: &[PathBuf]) -> WhiteLevel {
     let used = AtomicU16::new(0);
     images.par_iter().for_each(|path| {
-        if WhiteLevel::of_bits(used.load(Ordering::Relaxed)).is_full() && used.load(Ordering::Relaxed) != 0 {
+        let so_far = used.load(Ordering::Relaxed);
+        if so_far != 0 && WhiteLevel::of_bits(so_far).is_full() {
             return;
         }
         let is_deep = read_header(path).is_ok_and(|header| header.bits == 16);

@@ -66,7 +66,7 @@ pub fn calibration_features(
         })
     };
     let lasers: Vec<Option<Vec<Centrelines>>> = laser_images.iter().zip(lasers).map(&mut keep).collect();
-    findings.warn("calibration", reporter);
+    findings.warn("calibration", laser_images.len(), reporter);
     let manifest = &capture.manifest;
     let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
     let mut poses = Vec::new();
@@ -131,6 +131,7 @@ impl LaserLines {
         let search = LineSearch::of(channel, directions);
         let n_points = all.segments.iter().map(|segment| segment.points.len()).sum();
         let pair = off.and_then(|off| pair_findings(&photograph, &off, n_points, &search));
+        // Edges in the difference would be detected as lines.
         if let Some(finding) = pair.as_ref().filter(|finding| finding.prevents_subtraction()) {
             return Ok(Self { lines: without_lines(projector, laser.line), findings: vec![finding.clone()] });
         }
@@ -174,7 +175,7 @@ pub fn scan_centrelines(
             found.lines.into_iter().try_for_each(|lines| take(idx, lines))?;
         }
     }
-    findings.warn(&format!("scan {name}"), reporter);
+    findings.warn(&format!("scan {name}"), images.len(), reporter);
     Ok(())
 }
 

@@ -106,7 +106,8 @@ impl fmt::Display for Finding {
                 };
                 write!(
                     f,
-                    "lines seem to run along {word}: {other} points that way, {own} this way; try --direction {word}"
+                    "lines seem to run along {word}: {other} points that way, {own} this way; state that direction \
+                     (--direction {word}, or projector.line_direction of a capture)"
                 )
             }
             Self::SwappedPair { n_points: [swapped, own] } => write!(
@@ -151,19 +152,22 @@ impl Findings {
         self.0.extend(findings.into_iter().map(|finding| (name.clone(), finding)));
     }
 
-    /// Warns of each kind once, with the number of images and the first of them.
-    pub(crate) fn warn(&self, of: &str, reporter: &dyn Reporter) {
+    /// Warns of each kind once, with the first image and the number of others. Only if most of the `n_images` seem to
+    /// show lines in the other direction, they do: single ones show edges beside the part.
+    pub(crate) fn warn(&self, of: &str, n_images: usize, reporter: &dyn Reporter) {
         let kinds: BTreeSet<&str> = self.0.iter().map(|(_, finding)| finding.kind()).collect();
         for kind in kinds {
             let mut alike = self.0.iter().filter(|(_, finding)| finding.kind() == kind);
             let Some((first, finding)) = alike.next() else { continue };
             let images: BTreeSet<&String> = alike.map(|(name, _)| name).filter(|name| *name != first).collect();
+            if matches!(finding, Finding::OtherDirection { .. }) && 2 * (images.len() + 1) <= n_images {
+                continue;
+            }
             let others = match images.len() {
                 0 => String::new(),
                 1 => "; also in 1 other image".to_owned(),
                 n => format!("; also in {n} other images"),
             };
-            // Edges in the difference would be detected as lines.
             let left_out = if finding.prevents_subtraction() { "; left out" } else { "" };
             reporter.warn(&format!("{of}: {first}: {finding}{left_out}{others}"));
         }
@@ -205,12 +209,7 @@ pub(crate) fn pair_findings(
 }
 
 /// Whether the background shows the lines; `found`: points found in on minus off.
-pub(crate) fn swapped_pair(
-    on: &CameraImage,
-    off: &CameraImage,
-    found: usize,
-    search: &LineSearch,
-) -> Option<Finding> {
+fn swapped_pair(on: &CameraImage, off: &CameraImage, found: usize, search: &LineSearch) -> Option<Finding> {
     let reversed = (found < SUSPICIOUS_POINTS * LIKELIER).then(|| off.minus(on)).flatten()?;
     let params = search.params(search.directions.each()[0]);
     let lines = find_centrelines(&reversed.channel(search.channel), &params);
@@ -231,6 +230,63 @@ impl From<SceneChange> for Finding {
         match change {
             SceneChange::PoseChanged { darker_fraction } => Self::BackgroundOfAnotherPose { darker_fraction },
             SceneChange::DimmerAmbient { ratio } => Self::DimmerAmbientLight { ratio },
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::progress::Task;
+
+    /// Keeps what it is warned of.
+    #[derive(Default)]
+    struct Said(Mutex<Vec<String>>);
+
+    impl Reporter for Said {
+        fn note(&self, _text: &str) {}
+
+        fn warn(&self, text: &str) {
+            self.0.lock().unwrap().push(text.to_owned());
+        }
+
+        fn is_cancelled(&self) -> bool {
+            false
+        }
+
+        fn count(&self, _title: &str, _unit: &str, _total: usize) -> Box<dyn Task> {
+            unreachable!("findings have no progress")
+        }
+
+        fn fraction(&self, _title: &str) -> Box<dyn Task> {
+            unreachable!("findings have no progress")
+        }
+    }
+
+    #[test]
+    fn another_direction_is_warned_of_if_most_images_show_it() {
+        let image = |number: usize| LaserImage {
+            entry: format!("scans[0].frames[{number}].image"),
+            path: format!("{number}.png").into(),
+            background: None,
+            line: None,
+        };
+        for (n_alike, is_warned_of) in [(1, false), (5, false), (6, true)] {
+            let (mut findings, said) = (Findings::default(), Said::default());
+            findings.add(&image(20), vec![Finding::NoLine]);
+            for number in 0..n_alike {
+                let finding = Finding::OtherDirection { direction: LineDirection::Rows, n_points: [900, 2] };
+                findings.add(&image(number), vec![finding]);
+            }
+            findings.warn("scan part", 10, &said);
+            let said = said.0.into_inner().unwrap();
+            assert!(said.iter().any(|text| text.contains("20.png")), "{said:?}");
+            let other = said.iter().find(|text| text.contains("along rows"));
+            assert_eq!(other.is_some(), is_warned_of, "{n_alike}: {said:?}");
+            assert!(other.is_none_or(|text| text.contains("also in 5 other images")), "{said:?}");
         }
     }
 }
