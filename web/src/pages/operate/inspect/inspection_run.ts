@@ -12,7 +12,7 @@ export interface Part {
   order: Signal<string>;
 }
 
-/** Attribute of inspections by which gauge R&R studies tell the operators apart. */
+/** The attribute of an inspection that names its operator in gauge R&R studies. */
 const OPERATOR = "operator";
 
 export class InspectionRun {
