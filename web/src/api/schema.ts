@@ -29,7 +29,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Returns the defaults of a new session: the configured board and projector. */
+        /** Returns the defaults of a new session: the configured board and projector, and the exposures of the newest session. */
         get: operations["get_session_defaults"];
         put?: never;
         post?: never;
@@ -71,6 +71,23 @@ export interface paths {
          * @description Uses the newest frame of a running live view; otherwise the camera captures one frame with its current settings.
          */
         post: operations["detect_board"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/calibration-sessions/{id}/exposures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Changes the exposure settings of a session, for the images to come. */
+        put: operations["set_session_exposures"];
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -4076,6 +4093,12 @@ export interface components {
         ExposuresDto: {
             /**
              * Format: double
+             * @description Ambient light, in levels of 255, above which the laser lines are exposed with the laser off as well, to be
+             *     subtracted; without it never.
+             */
+            background_above_levels?: number | null;
+            /**
+             * Format: double
              * @description Exposure time for the board, laser off.
              */
             board_exposure_us: number;
@@ -4792,6 +4815,7 @@ export interface components {
         };
         /** @description A laser image and its detections. */
         LaserImageDto: {
+            background?: components["schemas"]["ImageDto"] | null;
             /** @description The image. */
             image: components["schemas"]["ImageDto"];
             /** @description Every sixteenth point of each segment, u and v, for display. */
@@ -5766,8 +5790,8 @@ export interface components {
             notes: string[];
             /** @description The same per order. */
             per_order: components["schemas"]["OrderErrorsDto"][];
-            /** @description State of the scan when it was measured: `complete`, `partial` or `invalid`. */
-            scan_state: string;
+            /** @description State of the scan when it was measured. */
+            scan_state: components["schemas"]["ScanStateDto"];
             /** @description For angles: rotation of the second face relative to the first about x and y of the part frame, degrees. */
             tilts_deg?: number[] | null;
             /**
@@ -8111,16 +8135,10 @@ export interface components {
         };
         /** @description Options of the calibration job. */
         SolveSessionDto: {
-            /**
-             * @description `auto`, `on`, `off`.
-             * @default null
-             */
-            k3: string | null;
-            /**
-             * @description `auto`, `planes`, `pencil`, `grating`.
-             * @default null
-             */
-            light_model: string | null;
+            /** @default null */
+            k3: components["schemas"]["K3Dto"] | null;
+            /** @default null */
+            light_model: components["schemas"]["LightModelDto"] | null;
         };
         /** @description One length, or one along a row and one along a column of the board. */
         SquareMmDto: number | number[];
@@ -9213,6 +9231,50 @@ export interface operations {
             408: components["responses"]["Problem"];
             409: components["responses"]["Problem"];
             412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    set_session_exposures: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description ETag of the session */
+                "If-Match"?: string | null;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ExposuresDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    /** @description Its version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
             428: components["responses"]["Problem"];
             429: components["responses"]["Problem"];

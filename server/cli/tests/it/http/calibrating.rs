@@ -24,6 +24,38 @@ fn look(server: &Server, session: &str) -> Value {
 }
 
 #[test]
+fn exposures_of_a_session_apply_to_its_next_images() {
+    let (_folder, server) = fresh();
+    let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
+    let id = session["id"].as_str().unwrap();
+    let url = format!("/api/v1/calibration-sessions/{id}/exposures");
+    let exposures = |laser_power: f64| {
+        json!({ "board_exposure_us": 15_000.0, "laser_exposure_us": 800.0, "laser_power": laser_power,
+            "background_above_levels": null })
+    };
+    let problem = server.put(&url, &exposures(1.5)).expect(422);
+    assert_eq!(problem["pointer"], "/laser_power");
+    let put = |version: &str| {
+        let headers = [("content-type", "application/json"), ("if-match", version)];
+        server.send("PUT", &url, &headers, exposures(0.5).to_string().as_bytes())
+    };
+    put("\"7\"").expect(412);
+    assert_eq!(put("\"1\"").expect(200)["body"]["exposures"], exposures(0.5));
+    let next = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
+    assert_eq!(next["body"]["exposures"], exposures(0.5), "those of the newest session");
+    hold_board(&server, 0);
+    let control = server.post("/api/v1/station/control", &json!({ "holder": "Anna" })).expect(201);
+    let headers = [("sheaf-control", control["id"].as_str().unwrap())];
+    let poses = format!("/api/v1/calibration-sessions/{id}/poses");
+    let pose = &server.send("POST", &poses, &headers, &[]).expect(200)["body"]["poses"][0];
+    assert_eq!(pose["board"]["image"]["exposure_us"], 15_000.0);
+    assert_eq!(
+        (&pose["laser"]["image"]["exposure_us"], &pose["laser"]["background"]),
+        (&json!(800.0), &Value::Null)
+    );
+}
+
+#[test]
 fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     let (_folder, server) = fresh();
     let defaults = server.get("/api/v1/calibration-sessions/defaults").expect(200);

@@ -32,6 +32,8 @@ pub enum Request {
     CancelJob,
     /// A reset: leaves Halted or acknowledges faults.
     Reset,
+    /// Changing the scene of a simulated station, which needs no control, as placing a part by hand needs none.
+    ChangeScene,
 }
 
 /// The decision.
@@ -74,7 +76,7 @@ impl From<&StationStatus> for StationUse {
 pub fn rule(request: Request, caller: Caller, station_use: StationUse) -> Decision {
     use Refusal::{Busy, ControlRequired, Fault, Halted};
     let allowed = match (request, caller) {
-        (_, Caller::Holder) => true,
+        (_, Caller::Holder) | (Request::ChangeScene, _) => true,
         (Request::StartJob | Request::CancelJob, Caller::NoHolder) => true,
         (_, Caller::NoHolder | Caller::OtherHolder) => false,
     };
@@ -83,6 +85,8 @@ pub fn rule(request: Request, caller: Caller, station_use: StationUse) -> Decisi
     }
     match (request, station_use) {
         (Request::Reset | Request::CancelJob, _) => Decision::Now,
+        (Request::ChangeScene, StationUse::Job) => Decision::Refused(Busy),
+        (Request::ChangeScene, _) => Decision::Now,
         (_, StationUse::Halted) => Decision::Refused(Halted),
         (_, StationUse::Fault) => Decision::Refused(Fault),
         (Request::StartJob, StationUse::Job) => Decision::Waits,
@@ -95,8 +99,14 @@ pub fn rule(request: Request, caller: Caller, station_use: StationUse) -> Decisi
 mod tests {
     use super::*;
 
-    const REQUESTS: [Request; 5] =
-        [Request::Command, Request::SessionImage, Request::StartJob, Request::CancelJob, Request::Reset];
+    const REQUESTS: [Request; 6] = [
+        Request::Command,
+        Request::SessionImage,
+        Request::StartJob,
+        Request::CancelJob,
+        Request::Reset,
+        Request::ChangeScene,
+    ];
 
     /// The table of `docs/station.md`: one row per caller and use, one column per request.
     const DOCUMENT: &str = include_str!("../../../../docs/station.md");

@@ -90,6 +90,8 @@ pub struct BoardImage {
 pub struct LaserImage {
     /// The image.
     pub image: SessionImage,
+    /// The laser-off image that was subtracted from it, if the ambient light is above the limit.
+    pub background: Option<SessionImage>,
     /// Number of line segments.
     pub n_segments: usize,
     /// Number of line points.

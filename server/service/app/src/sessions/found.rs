@@ -6,6 +6,7 @@ use capture::Target;
 use pipeline::find_board;
 use vision::{BoardCorners, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
+use crate::camera::background::Background;
 use crate::sessions::body::{BoardImage, LaserImage, SessionImage};
 
 /// Columns and rows of the coverage map: coarse enough to be covered by a dozen boards.
@@ -53,21 +54,35 @@ pub fn board_in(image: &GreyImage, stored: SessionImage, target: &Target) -> Boa
     found
 }
 
-/// Detects laser lines.
-pub fn lines_in(image: &GreyImage, stored: SessionImage, line_direction: LineDirection) -> LaserImage {
-    let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
+/// Detects laser lines in an image minus its laser-off image, if there is one. A laser-off image of another scene is not
+/// used.
+pub fn lines_in(
+    image: &GreyImage,
+    stored: SessionImage,
+    background: Option<(Background, SessionImage)>,
+    line_direction: LineDirection,
+) -> LaserImage {
+    let is_changed = background.as_ref().is_some_and(|(taken, _)| !taken.suits(image));
+    let background = background.filter(|_| !is_changed);
+    let difference = background.as_ref().and_then(|(taken, _)| taken.subtracted_from(image));
+    let searched = difference.as_ref().unwrap_or(image);
+    let lines = find_centrelines(searched, &CentrelineParams { line_direction, ..CentrelineParams::default() });
     let drawn = lines
         .segments
         .iter()
         .map(|segment| segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect());
+    let changed = "the board or its light changed between the images with the laser on and off, so the ambient light \
+                   cannot be subtracted; hold it still and keep the light as it is";
     let nothing = "no laser line was detected; check that the laser is on and the exposure is long enough";
+    let problem = if lines.segments.is_empty() { Some(nothing) } else { is_changed.then_some(changed) };
     LaserImage {
         image: stored,
+        background: background.map(|(_, stored)| stored),
         n_segments: lines.segments.len(),
         n_points: lines.segments.iter().map(|segment| segment.points.len()).sum(),
         lines_px: drawn.collect(),
         saturated_fraction: saturated_fraction(image),
-        problem: lines.segments.is_empty().then(|| nothing.to_owned()),
+        problem: problem.map(str::to_owned),
     }
 }
 

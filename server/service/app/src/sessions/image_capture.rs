@@ -7,6 +7,12 @@ use optics::StagePosition;
 use station::cancel::CancelFlag;
 use station::{SharedFrame, StationLease, StationRefusal};
 
+use crate::camera::background::Background;
+
+/// Ambient light above which it is subtracted by default, in levels of 255: an eighth of a line at a good exposure, and
+/// above the black level of common sensors. Subtracting less than that adds noise and removes nothing.
+const BACKGROUND_ABOVE_LEVELS: f64 = 20.0;
+
 /// Exposure times and laser power.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposures {
@@ -16,6 +22,9 @@ pub struct Exposures {
     pub laser_exposure_us: f64,
     /// Fraction of full laser power, above 0 and at most 1.
     pub laser_power: f64,
+    /// Ambient light, in levels of 255, above which the laser lines are exposed with the laser off as well, to be
+    /// subtracted; `None`: never.
+    pub background_above_levels: Option<f64>,
 }
 
 impl Default for Exposures {
@@ -25,8 +34,17 @@ impl Default for Exposures {
             board_exposure_us: twin::live::BOARD_EXPOSURE_US,
             laser_exposure_us: twin::live::LASER_EXPOSURE_US,
             laser_power: 1.0,
+            background_above_levels: Some(BACKGROUND_ABOVE_LEVELS),
         }
     }
+}
+
+/// The laser lines of a pose.
+pub struct LaserShot {
+    /// With the laser on.
+    pub lines: SharedFrame,
+    /// The same scene with the laser off, if the ambient light is above the limit.
+    pub background: Option<SharedFrame>,
 }
 
 /// Captures images until it is dropped; then the laser is off, the stage at rest and the station free.
@@ -48,12 +66,18 @@ impl ImageCapture {
         self.expose(self.exposures.board_exposure_us)
     }
 
-    /// Captures the laser lines.
-    pub fn laser(&self) -> Result<SharedFrame, StationRefusal> {
+    /// Captures the laser lines, and the same scene with the laser off.
+    pub fn laser(&self) -> Result<LaserShot, StationRefusal> {
         self.lease.laser_on(self.exposures.laser_power)?;
-        let frame = self.expose(self.exposures.laser_exposure_us);
+        let lines = self.expose(self.exposures.laser_exposure_us);
         self.lease.laser_off()?;
-        frame
+        let lines = lines?;
+        let Some(limit_levels) = self.exposures.background_above_levels else {
+            return Ok(LaserShot { lines, background: None });
+        };
+        let laser_off = self.expose(self.exposures.laser_exposure_us)?;
+        let is_bright = Background::new(&laser_off).ambient_levels() > limit_levels;
+        Ok(LaserShot { lines, background: is_bright.then_some(laser_off) })
     }
 
     /// Homes the stage.

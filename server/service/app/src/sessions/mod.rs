@@ -5,6 +5,7 @@
 
 mod body;
 mod camera_so_far;
+mod checks;
 mod detection;
 mod found;
 pub mod image_capture;
@@ -12,6 +13,7 @@ mod needs;
 mod stored;
 pub mod virtual_operator;
 
+use crate::camera::background::Background;
 use crate::camera::correction::ImageDarkFrame;
 use crate::events::{Event, SessionVersion, event};
 use parking_lot::Mutex;
@@ -19,10 +21,9 @@ use std::sync::Arc;
 
 use capture::{Projector, Target};
 use optics::{StageKind, StagePosition};
-use remedy::Remedy as _;
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
-use station::{Purpose, StampedFrame, StationHandle, StationLease, StationStatus};
+use station::{Purpose, StampedFrame, StationHandle, StationLease};
 use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
 
 use crate::access::principal::Principal;
@@ -30,9 +31,9 @@ use crate::config::AppConfig;
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
-use crate::resources::scan_run::stage_kind;
 use crate::resources::stored_scan::new_id;
-use crate::sessions::image_capture::{Exposures, ImageCapture};
+use crate::sessions::checks::{check_exposures, check_kind, check_new, check_room};
+use crate::sessions::image_capture::{Exposures, ImageCapture, LaserShot};
 use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 
@@ -119,13 +120,14 @@ impl Sessions {
         }
     }
 
-    /// Defaults of a new session: the configured board and projector.
-    pub fn defaults(&self) -> SessionDefaults {
-        SessionDefaults {
+    /// Defaults of a new session: the configured board and projector, and the exposures of the newest session.
+    pub async fn defaults(&self) -> Result<SessionDefaults, AppError> {
+        let newest = self.list(&Page { before: None, limit: 1 }).await?.records.pop();
+        Ok(SessionDefaults {
             target: self.config.target.clone(),
             projector: self.config.projector.clone(),
-            exposures: Exposures::default(),
-        }
+            exposures: newest.map_or_else(Exposures::default, |session| session.body.exposures),
+        })
     }
 
     /// Creates a session.
@@ -142,7 +144,7 @@ impl Sessions {
         and: impl FnOnce(&Session) -> Vec<Change>,
     ) -> Result<Session, AppError> {
         let now = now_ms();
-        let defaults = self.defaults();
+        let defaults = self.defaults().await?;
         let body = SessionBody {
             name: new.name.unwrap_or_else(|| "calibration".to_owned()),
             target: new.target.unwrap_or(defaults.target),
@@ -193,13 +195,33 @@ impl Sessions {
             check_room(body)?;
             let camera = sessions.image_capture(id, body, "capturing a calibration pose")?;
             let board = camera.board()?;
-            let laser = camera.laser()?;
+            let LaserShot { lines, background } = camera.laser()?;
             drop(camera);
             let board = sessions.keep_board(&board, body)?;
-            let stored = sessions.keep(&laser)?;
-            let laser = found::lines_in(&laser.image, stored, body.projector.direction_of(0));
+            let stored = sessions.keep(&lines)?;
+            let background = match background {
+                Some(frame) => Some((Background::new(&frame), sessions.keep(&frame)?)),
+                None => None,
+            };
+            let laser = found::lines_in(&lines.image, stored, background, body.projector.direction_of(0));
             body.poses.push(SessionPose { id: new_id(), board, laser: Some(laser) });
             camera_so_far::learn_camera(body);
+            Ok(())
+        })
+        .await
+    }
+
+    /// Changes the exposure settings of the images to come.
+    pub async fn set_exposures(
+        &self,
+        by: &Principal,
+        id: &str,
+        exposures: Exposures,
+        expected: Option<i64>,
+    ) -> Result<Session, AppError> {
+        check_exposures(&exposures, "")?;
+        self.change(by, id, expected, move |_, body| {
+            body.exposures = exposures;
             Ok(())
         })
         .await
@@ -388,58 +410,6 @@ fn record(session: &Session) -> SessionRecord {
         created_at_ms: session.created_at_ms,
         changed_at_ms: session.changed_at_ms,
     }
-}
-
-/// Basic checks of target and projector, reported at once; the rules of the manifest apply when the session is solved.
-fn check_new(body: &SessionBody) -> Result<(), AppError> {
-    let impossible = |what: &str, remedy: &str, place: &str| {
-        Err(AppError::new(ErrorKind::Impossible, what.to_owned()).remedy(remedy).at(place))
-    };
-    body.target.check().map_err(|error| {
-        let place = format!("/target/{}", error.entry());
-        AppError::from(error).at(place)
-    })?;
-    body.projector.check().map_err(|error| {
-        let place = format!("/projector/{}", error.entry);
-        AppError::new(ErrorKind::Impossible, error.to_string())
-            .remedy(error.remedy().unwrap_or_default())
-            .at(place)
-    })?;
-    if body.projector.switched_lines().is_some() || matches!(body.projector, Projector::Cross(_)) {
-        return impossible(
-            "a station searches its images for lines along one direction that are on together",
-            "calibrate lines that cross, or that are switched on one by one, from a capture",
-            "/projector/kind",
-        );
-    }
-    let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;
-    if !(board_exposure_us > 0.0 && laser_exposure_us > 0.0 && laser_power > 0.0 && laser_power <= 1.0) {
-        return impossible(
-            "exposures must be above 0 µs, laser power above 0 and at most 1",
-            "correct them",
-            "/exposures",
-        );
-    }
-    Ok(())
-}
-
-/// Checks that the position matches the station's kind of stage.
-fn check_kind(position: StagePosition, status: &StationStatus) -> Result<(), AppError> {
-    let (is, wanted) = match (stage_kind(status), position) {
-        (StageKind::Linear, StagePosition::RotaryDeg(_)) => ("travels", "position_mm"),
-        (StageKind::Rotary, StagePosition::LinearMm(_)) => ("turns", "angle_deg"),
-        _ => return Ok(()),
-    };
-    Err(AppError::new(ErrorKind::Impossible, format!("{position} is given, but the station's stage {is}"))
-        .remedy(format!("give {wanted}")))
-}
-
-fn check_room(body: &SessionBody) -> Result<(), AppError> {
-    if body.poses.len() * 2 + body.stage_views.len() < PICTURE_LIMIT {
-        return Ok(());
-    }
-    Err(AppError::new(ErrorKind::Impossible, format!("a session can have at most {PICTURE_LIMIT} images"))
-        .remedy("delete some, or solve it"))
 }
 
 fn remove<T>(list: &mut Vec<T>, what: &str, id: &str, id_of: impl Fn(&T) -> &String) -> Result<(), AppError> {

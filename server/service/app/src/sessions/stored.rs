@@ -54,6 +54,8 @@ struct StoredExposures {
     board_exposure_us: f64,
     laser_exposure_us: f64,
     laser_power: f64,
+    #[serde(default)]
+    background_above_levels: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -87,6 +89,8 @@ struct StoredBoardImage {
 struct StoredLaserImage {
     #[serde(alias = "picture", with = "StoredSessionImage")]
     image: SessionImage,
+    #[serde(default, serialize_with = "write_image", deserialize_with = "read_image")]
+    background: Option<SessionImage>,
     n_segments: usize,
     n_points: usize,
     lines_px: Vec<Vec<[f64; 2]>>,
@@ -172,6 +176,20 @@ fn read_views<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SessionStageView
 }
 
 #[derive(Serialize)]
+struct WrittenImage<'a>(#[serde(with = "StoredSessionImage")] &'a SessionImage);
+
+#[derive(Deserialize)]
+struct ReadImage(#[serde(with = "StoredSessionImage")] SessionImage);
+
+fn write_image<S: Serializer>(image: &Option<SessionImage>, to: S) -> Result<S::Ok, S::Error> {
+    image.as_ref().map(WrittenImage).serialize(to)
+}
+
+fn read_image<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SessionImage>, D::Error> {
+    Ok(Option::<ReadImage>::deserialize(from)?.map(|read| read.0))
+}
+
+#[derive(Serialize)]
 struct WrittenLaser<'a>(#[serde(with = "StoredLaserImage")] &'a LaserImage);
 
 #[derive(Deserialize)]
@@ -228,7 +246,12 @@ mod tests {
         let mut now = stored;
         now["target"]["kind"] = json!("chessboard");
         now["projector"]["kind"] = json!("grating");
+        now["exposures"]["background_above_levels"] = json!(null);
+        now["poses"][0]["laser"]["background"] = json!(null);
         assert_eq!(to_stored(&body), now);
+        now["poses"][0]["laser"]["background"] = image;
+        now["exposures"]["background_above_levels"] = json!(20.0);
+        assert_eq!(to_stored(&from_stored(now.clone()).unwrap()), now);
         assert!(from_stored(json!({ "name": "monday" })).is_err());
     }
 }

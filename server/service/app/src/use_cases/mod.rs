@@ -39,7 +39,7 @@ pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;
 pub use sessions::{
     capture_pose, capture_stage_view, create_session, delete_pose, delete_session, delete_stage_view,
-    solve_session,
+    set_session_exposures, solve_session,
 };
 pub use simulation::{
     disable_fault, enable_fault, idle_simulation, place_board, place_part, place_scene, simulation,

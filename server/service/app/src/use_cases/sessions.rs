@@ -9,6 +9,7 @@ use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::resources::calibrations::used_station::UsedStation;
+use crate::sessions::image_capture::Exposures;
 use crate::sessions::{NewSession, Session};
 use crate::use_cases::jobs::start_job;
 
@@ -54,6 +55,20 @@ pub async fn capture_stage_view(
     app.sessions.get(id).await?;
     admit(app, by, Request::SessionImage)?;
     app.sessions.add_stage_view(by, id, position, expected).await
+}
+
+/// Changes the exposure settings of the images to come.
+///
+/// # Errors
+/// If a setting is out of range, the session does not exist, or it was changed in the meantime.
+pub async fn set_session_exposures(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    exposures: Exposures,
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
+    app.sessions.set_exposures(by, id, exposures, expected).await
 }
 
 /// Deletes a pose.

@@ -8,6 +8,7 @@ use twin::{SceneKind, TwinControl, TwinFault, read_stl};
 
 use crate::App;
 use crate::access::principal::Principal;
+use crate::control::{Request, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, SimulatedFault, event};
 use crate::sessions::VirtualBoard;
@@ -27,15 +28,10 @@ pub fn simulation(app: &App) -> Result<TwinControl, AppError> {
 ///
 /// # Errors
 /// If the station is not simulated, or a job uses it.
-pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
+pub fn idle_simulation(app: &App, by: &Principal) -> Result<TwinControl, AppError> {
     let twin = simulation(app)?;
-    let status = app.station.status();
-    if status.job_id.is_none() {
-        return Ok(twin);
-    }
-    Err(AppError::new(ErrorKind::StationBusy, format!("the station is busy: {}", status.activity))
-        .remedy("wait for the job, or cancel it")
-        .retry_after_s(1))
+    admit(app, by, Request::ChangeScene)?;
+    Ok(twin)
 }
 
 /// Sets where the virtual operator holds the board.
@@ -50,8 +46,8 @@ pub fn place_board(app: &App, place: VirtualBoard) -> Result<(), AppError> {
 ///
 /// # Errors
 /// If the station is not simulated, or a job uses it.
-pub fn place_scene(app: &App, part: &SceneKind) -> Result<(), AppError> {
-    idle_simulation(app)?.place_part(part);
+pub fn place_scene(app: &App, by: &Principal, part: &SceneKind) -> Result<(), AppError> {
+    idle_simulation(app, by)?.place_part(part);
     Ok(())
 }
 
@@ -59,8 +55,8 @@ pub fn place_scene(app: &App, part: &SceneKind) -> Result<(), AppError> {
 ///
 /// # Errors
 /// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
-pub async fn place_part(app: &App, stl: Vec<u8>) -> Result<(), AppError> {
-    let twin = idle_simulation(app)?;
+pub async fn place_part(app: &App, by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
+    let twin = idle_simulation(app, by)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
         AppError::new(ErrorKind::Internal, "reading the part failed with an internal error")

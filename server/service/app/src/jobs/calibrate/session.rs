@@ -37,9 +37,11 @@ pub(super) fn gather_pictures(
     for pose in session.body.poses.iter().filter(|pose| pose.board.is_readable()) {
         let idx = poses.len();
         let board = put("board", idx, &pose.board.image)?;
-        let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
-        let laser = laser.map(|laser| put("laser", idx, &laser.image)).transpose()?;
-        poses.push(Pose { board, laser, lasers: Vec::new(), background: None });
+        let found = pose.laser.as_ref().filter(|laser| laser.is_readable());
+        let laser = found.map(|found| put("laser", idx, &found.image)).transpose()?;
+        let background = found.and_then(|found| found.background.as_ref());
+        let background = background.map(|image| put("background", idx, image)).transpose()?;
+        poses.push(Pose { board, laser, lasers: Vec::new(), background });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {

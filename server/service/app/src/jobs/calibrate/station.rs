@@ -16,11 +16,11 @@ use crate::jobs::progress::{Phase, Step};
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::resources::captures::{capture_stage, nominal_position, without_folder};
 use crate::resources::scan_run::stage_kind;
-use crate::sessions::image_capture::{Exposures, ImageCapture};
+use crate::sessions::image_capture::{Exposures, ImageCapture, LaserShot};
 use crate::sessions::virtual_operator::VirtualOperator;
 
 /// Folders of the images of a calibration.
-pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
+pub(super) const FOLDERS: [&str; 4] = ["board", "laser", "background", "stage"];
 
 /// Captures all images of a calibration into the capture folder `folder`; `share` is its part of the job. Returns the dark
 /// frame of each image.
@@ -57,8 +57,10 @@ pub(super) fn take_pictures(
             Phase::ExposingLaser.counted(number, n_poses),
             &format!("{pose}: exposing the laser lines"),
         );
-        let laser = album.add("laser", &*camera.laser()?)?;
-        album.poses.push(Pose { board, laser: Some(laser), lasers: Vec::new(), background: None });
+        let LaserShot { lines, background } = camera.laser()?;
+        let laser = album.add("laser", &lines)?;
+        let background = background.map(|frame| album.keep("background", &frame)).transpose()?;
+        album.poses.push(Pose { board, laser: Some(laser), lasers: Vec::new(), background });
     }
     operator.lay_board(&positions);
     for (idx, position) in positions.iter().enumerate() {
@@ -102,7 +104,13 @@ impl<'a> Album<'a> {
         self.ctx.report(self.share * self.n_taken as f64 / self.n_images as f64, step, words);
     }
 
+    /// Adds one of the expected images.
     fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
+        self.n_taken += 1;
+        self.keep(folder, frame)
+    }
+
+    fn keep(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
         self.ctx.check_cancelled()?;
         let n_before = match folder {
             "stage" => self.stage_views.len(),
@@ -112,7 +120,6 @@ impl<'a> Album<'a> {
         write_png(&self.folder.join(&path), &frame.image).map_err(disk_problem)?;
         self.dark_frames.push(ImageDarkFrame::of(frame));
         self.size_px = Some((frame.image.width(), frame.image.height()));
-        self.n_taken += 1;
         Ok(path)
     }
 

@@ -16,6 +16,7 @@ use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::jobs::progress::Silent;
 use crate::jobs::{CalibrateInput, JobInput, Source};
 use crate::resources::calibrations::Calibrations;
+use crate::sessions::image_capture::Exposures;
 use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
 
@@ -226,13 +227,7 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     let id = calibrated(&jobs, CalibrateInput { n_poses: Some(8), ..from_station() }).await;
     check_axis(&bench, &document(&bench, &id).await.1.calibration());
 
-    let parts = bench.parts.clone();
-    let sessions = Sessions::new(
-        parts.config.clone(),
-        parts.catalogue.clone(),
-        parts.artifacts.clone(),
-        parts.station.clone(),
-    );
+    let sessions = sessions_of(&bench);
     let session = sessions.create(&by(), NewSession::default()).await.unwrap().id;
     for pose in 0..8 {
         sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
@@ -251,6 +246,78 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     let job = jobs.submit(input, "test").await.unwrap();
     let record = ended(&jobs, &job.id).await.record;
     check_axis(&bench, &document(&bench, &record.result.unwrap().id).await.1.calibration());
+}
+
+fn sessions_of(bench: &Bench) -> Sessions {
+    let parts = bench.parts.clone();
+    Sessions::new(parts.config.clone(), parts.catalogue.clone(), parts.artifacts.clone(), parts.station.clone())
+}
+
+/// A session with this many poses; its id, and the number of line points in them.
+async fn session_of(sessions: &Sessions, exposures: Exposures, n_poses: usize) -> (String, usize) {
+    let new = NewSession { exposures: Some(exposures), ..NewSession::default() };
+    let session = sessions.create(&by(), new).await.unwrap().id;
+    let mut n_points = 0;
+    for pose in 0..n_poses {
+        sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
+        let poses = sessions.add_pose(&by(), &session, None).await.unwrap().body.poses;
+        let laser = poses[pose].laser.as_ref().unwrap();
+        n_points += laser.n_points;
+        assert_eq!((laser.problem.as_deref(), poses[pose].board.problem.as_deref()), (None, None));
+    }
+    sessions.place_virtual_board(VirtualBoard::Away).unwrap();
+    (session, n_points)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn ambient_light_is_subtracted_from_the_laser_images_of_a_session() {
+    // White has 90 of 255 levels in the laser images, and 180 in those of the board.
+    let shape = StationShape { ambient_levels: 90.0, ..StationShape::default() };
+    let in_light = Exposures { board_exposure_us: 2.0 * twin::live::LASER_EXPOSURE_US, ..Exposures::default() };
+    let without = Exposures { background_above_levels: None, ..in_light };
+    let (bench, dark) = (Bench::new(&shape).await, Bench::new(&StationShape::default()).await);
+    let (sessions, dark_sessions) = (sessions_of(&bench), sessions_of(&dark));
+    let (_, n_in_the_dark) = session_of(&dark_sessions, Exposures::default(), 3).await;
+    let (_, n_without) = session_of(&sessions, without, 3).await;
+    let (_, n_points) = session_of(&sessions, in_light, 3).await;
+    println!("{n_points} points in the light, {n_without} without subtraction, {n_in_the_dark} in the dark");
+    assert!(100 * n_points > 98 * n_in_the_dark, "{n_points} of {n_in_the_dark}");
+    assert!(100 * n_without < 90 * n_in_the_dark, "the light does not matter: {n_without} of {n_in_the_dark}");
+
+    let (session, _) = session_of(&sessions, in_light, 8).await;
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
+    let input = solve_input(&sessions, &session, SolveSession::default()).await.unwrap();
+    let job = jobs.submit(input, "test").await.unwrap();
+    let record = ended(&jobs, &job.id).await.record;
+    assert!(!record.message.contains("Warning"), "{}", record.message);
+    let id = record.result.unwrap().id;
+    let (_, document) = document(&bench, &id).await;
+    let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
+    println!("systematic depth error {rmse_mm:.4} mm");
+    assert!(rmse_mm < SYSTEMATIC_MM, "{rmse_mm} mm");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_laser_off_image_is_not_subtracted_in_the_dark_nor_from_another_scene() {
+    let bench = Bench::new(&small()).await;
+    let sessions = sessions_of(&bench);
+    let (session, _) = session_of(&sessions, Exposures::default(), 1).await;
+    let laser_of =
+        async |session: &str| sessions.get(session).await.unwrap().body.poses.swap_remove(0).laser.unwrap();
+    assert_eq!(laser_of(&session).await.background, None);
+    // The simulated station illuminates the board only while the laser is off.
+    let always = Exposures { background_above_levels: Some(0.0), ..Exposures::default() };
+    let new = NewSession { exposures: Some(always), ..NewSession::default() };
+    let session = sessions.create(&by(), new).await.unwrap().id;
+    sessions.place_virtual_board(VirtualBoard::Pose { pose: 0 }).unwrap();
+    sessions.add_pose(&by(), &session, None).await.unwrap();
+    let laser = laser_of(&session).await;
+    assert!(laser.problem.is_some_and(|problem| problem.contains("keep the light as it is")));
+    assert_eq!(laser.background, None);
+    let bad = Exposures { background_above_levels: Some(-1.0), ..Exposures::default() };
+    let new = NewSession { exposures: Some(bad), ..NewSession::default() };
+    let refused = sessions.create(&by(), new).await.unwrap_err();
+    assert_eq!(refused.pointer.as_deref(), Some("/exposures/background_above_levels"));
 }
 
 /// Direction and position of the axis are within 4 σ of the truth.

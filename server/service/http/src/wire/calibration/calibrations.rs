@@ -48,6 +48,29 @@ pub enum K3Dto {
     Off,
 }
 
+impl LightModelDto {
+    /// Its code.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Planes => "planes",
+            Self::Pencil => "pencil",
+            Self::Grating => "grating",
+        }
+    }
+}
+
+impl K3Dto {
+    /// Its code.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::On => "on",
+            Self::Off => "off",
+        }
+    }
+}
+
 /// Request to calibrate camera, light sheets and stage.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -214,21 +237,10 @@ pub enum CalibrationReportFormatDto {
 
 impl From<StartCalibrationDto> for CalibrateInput {
     fn from(dto: StartCalibrationDto) -> Self {
-        let light_model = dto.light_model.map(|model| match model {
-            LightModelDto::Auto => "auto",
-            LightModelDto::Planes => "planes",
-            LightModelDto::Pencil => "pencil",
-            LightModelDto::Grating => "grating",
-        });
-        let k3 = dto.k3.map(|k3| match k3 {
-            K3Dto::Auto => "auto",
-            K3Dto::On => "on",
-            K3Dto::Off => "off",
-        });
         Self {
             source: dto.source.into(),
-            light_model: light_model.map(str::to_owned),
-            k3: k3.map(str::to_owned),
+            light_model: dto.light_model.map(|model| model.code().to_owned()),
+            k3: dto.k3.map(|k3| k3.code().to_owned()),
             leave_out_unreadable: dto.leave_out_unreadable,
             n_poses: dto.n_poses,
             session_id: None,

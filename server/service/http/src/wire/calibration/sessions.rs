@@ -4,6 +4,7 @@ use optics::StagePosition;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::wire::calibration::calibrations::{K3Dto, LightModelDto};
 use crate::wire::calibration::projector::ProjectorDto;
 use crate::wire::calibration::session_bodies::{ExposuresDto, SessionBodyDto, SessionNeedsDto};
 use crate::wire::calibration::target::TargetDto;
@@ -109,16 +110,17 @@ impl TryFrom<CaptureStageViewDto> for StagePosition {
 #[derive(Debug, Clone, Default, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveSessionDto {
-    /// `auto`, `planes`, `pencil`, `grating`.
-    pub light_model: Option<String>,
-    /// `auto`, `on`, `off`.
-    pub k3: Option<String>,
+    /// Model of the light sheets; default `auto`.
+    pub light_model: Option<LightModelDto>,
+    /// Whether k3 is estimated; default `auto`.
+    pub k3: Option<K3Dto>,
 }
 
 impl From<SolveSessionDto> for SolveSession {
     fn from(dto: SolveSessionDto) -> Self {
         let SolveSessionDto { light_model, k3 } = dto;
-        Self { light_model, k3, station: None }
+        let light_model = light_model.map(|model| model.code().to_owned());
+        Self { light_model, k3: k3.map(|k3| k3.code().to_owned()), station: None }
     }
 }
 

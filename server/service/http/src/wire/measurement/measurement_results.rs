@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::wire::measurement::measurements::{ToolDto, VerdictDto};
+use crate::wire::scan::scans::ScanStateDto;
 
 /// The requested measurement, with defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -86,8 +87,8 @@ pub struct MeasurementResultDto {
     pub notes: Vec<String>,
     /// The calibration of the cloud.
     pub calibration_id: String,
-    /// State of the scan when it was measured: `complete`, `partial` or `invalid`.
-    pub scan_state: String,
+    /// State of the scan when it was measured.
+    pub scan_state: ScanStateDto,
 }
 
 /// A finding that questions the fitted model.

@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use devices::{CameraRequest, Trigger};
 use station::{SharedFrame, StationLease, Sweep};
 
+use crate::camera::background::Background;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::progress::Phase;
 use crate::jobs::scan::TAKEN;
-use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
+use crate::jobs::scan::taking::backgrounds::{BackgroundLog, RowBackground};
 use crate::jobs::scan::taking::recording::FrameSink;
 use crate::jobs::{JobEnd, ScanMode, StationContext};
 use crate::resources::scan_run::ScanRange;
@@ -88,7 +89,7 @@ struct Run<'a> {
     reported_at: Option<Instant>,
     ambient: AmbientLight,
     /// The laser-off image for the next frames.
-    background: Option<Arc<Background>>,
+    background: Option<Arc<RowBackground>>,
     /// The row before which the latest laser-off image was captured.
     looked_at: Option<usize>,
 }
@@ -111,7 +112,11 @@ impl Run<'_> {
             if frames.iter().any(|frame| !frame.laser_on) {
                 return Err(dark(row).into());
             }
-            if self.background.as_ref().is_some_and(|known| known.row != row && !known.suits(&frames[0].image)) {
+            if self
+                .background
+                .as_ref()
+                .is_some_and(|known| known.row != row && !known.image.suits(&frames[0].image))
+            {
                 lost += self.capture_background(row)?;
                 self.lease.laser_on(self.plan.laser_power)?;
             }
@@ -164,8 +169,8 @@ impl Run<'_> {
         let Some(asked) = self.plan.background else { return Ok(0) };
         self.lease.laser_off()?;
         let frame = self.lease.grab(&self.ctx.cancel)?;
-        let background = Background::new(row, &frame);
-        let levels = background.ambient_levels();
+        let background = RowBackground { row, image: Background::new(&frame) };
+        let levels = background.image.ambient_levels();
         let ambient = &mut self.ambient;
         ambient.n_images += 1;
         ambient.levels.get_or_insert(levels);

@@ -25,7 +25,7 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::images::image_path;
-use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
+use crate::jobs::scan::taking::backgrounds::{BackgroundLog, RowBackground};
 use crate::jobs::scan::taking::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::{JobEnd, StationContext};
@@ -72,7 +72,7 @@ struct Taken {
     frames: Vec<SharedFrame>,
     position: StagePosition,
     /// For a row with one exposure.
-    background: Option<Arc<Background>>,
+    background: Option<Arc<RowBackground>>,
 }
 
 /// The result of a frame.
@@ -104,7 +104,7 @@ impl FrameSink {
         &self,
         frames: Vec<SharedFrame>,
         position: StagePosition,
-        background: Option<Arc<Background>>,
+        background: Option<Arc<RowBackground>>,
     ) -> Result<(), JobEnd> {
         let taken = Taken { idx: self.next.get(), frames, position, background };
         self.next.set(taken.idx + 1);
@@ -220,9 +220,9 @@ impl Recorder<'_> {
         &self,
         idx: usize,
         frame: &GreyImage,
-        background: Option<&Arc<Background>>,
+        background: Option<&Arc<RowBackground>>,
     ) -> Result<Option<GreyImage>, AppError> {
-        let freed = background.and_then(|background| background.subtracted_from(frame));
+        let freed = background.and_then(|background| background.image.subtracted_from(frame));
         self.log.used(idx, background.filter(|_| freed.is_some()))?;
         Ok(freed)
     }

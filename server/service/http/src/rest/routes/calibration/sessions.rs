@@ -15,7 +15,7 @@ use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
-use crate::wire::calibration::session_bodies::BoardDetectionDto;
+use crate::wire::calibration::session_bodies::{BoardDetectionDto, ExposuresDto};
 use crate::wire::calibration::sessions::{
     CaptureStageViewDto, NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, VirtualBoardDto,
 };
@@ -32,6 +32,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(list_sessions, create_session))
         .routes(routes!(get_session_defaults))
         .routes(routes!(get_session, delete_session))
+        .routes(routes!(set_session_exposures))
         .routes(routes!(detect_board))
         .routes(routes!(capture_pose))
         .routes(routes!(delete_pose))
@@ -104,13 +105,13 @@ async fn create_session(
     Ok(made(&session))
 }
 
-/// Returns the defaults of a new session: the configured board and projector.
+/// Returns the defaults of a new session: the configured board and projector, and the exposures of the newest session.
 #[utoipa::path(
     get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
     responses((status = 200, body = SessionDefaultsDto))
 )]
-async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaultsDto> {
-    Json(app.sessions.defaults().into())
+async fn get_session_defaults(State(app): State<App>) -> Result<Json<SessionDefaultsDto>, Problem> {
+    Ok(Json(app.sessions.defaults().await?.into()))
 }
 
 /// Returns a session with all its images and detections.
@@ -137,6 +138,26 @@ async fn delete_session(
 ) -> Result<StatusCode, Problem> {
     use_cases::delete_session(&app, &by, &id).await?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Changes the exposure settings of a session, for the images to come.
+#[utoipa::path(
+    put, path = "/calibration-sessions/{id}/exposures", tag = "calibration sessions", request_body = ExposuresDto,
+    params(
+        ("id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn set_session_exposures(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+    headers: HeaderMap,
+    body: ApiJson<ExposuresDto>,
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    let expected = expected(&headers)?;
+    Ok(versioned(use_cases::set_session_exposures(&app, &by, &id, body.value.into(), expected).await?))
 }
 
 /// Detects the board in the current frame without storing anything: what an image captured now would show.
@@ -251,7 +272,9 @@ async fn get_session_image(
     let session = app.sessions.get(&id).await?;
     let poses = session.body.poses.iter();
     let of_poses = poses.flat_map(|pose| {
-        [Some(&pose.board.image), pose.laser.as_ref().map(|laser| &laser.image)].into_iter().flatten()
+        let laser = pose.laser.as_ref();
+        let of_laser = [laser.map(|laser| &laser.image), laser.and_then(|laser| laser.background.as_ref())];
+        std::iter::once(&pose.board.image).chain(of_laser.into_iter().flatten())
     });
     let of_views = session.body.stage_views.iter().map(|view| &view.board.image);
     let named = of_poses.chain(of_views).find(|known| known.artifact == image);

@@ -47,8 +47,12 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
     responses((status = 200, body = SceneDto))
 )]
-async fn place_scene(State(app): State<App>, body: ApiJson<PlaceSceneDto>) -> Result<Json<SceneDto>, Problem> {
-    use_cases::place_scene(&app, &scene_kind(body.value.scene, &app.config))?;
+async fn place_scene(
+    State(app): State<App>,
+    By(by): By,
+    body: ApiJson<PlaceSceneDto>,
+) -> Result<Json<SceneDto>, Problem> {
+    use_cases::place_scene(&app, &by, &scene_kind(body.value.scene, &app.config))?;
     get_scene(State(app)).await
 }
 
@@ -58,15 +62,20 @@ async fn place_scene(State(app): State<App>, body: ApiJson<PlaceSceneDto>) -> Re
     request_body(content = Vec<u8>, content_type = "model/stl"),
     responses((status = 200, body = SceneDto))
 )]
-async fn place_part(State(app): State<App>, headers: HeaderMap, body: Body) -> Result<Json<SceneDto>, Problem> {
+async fn place_part(
+    State(app): State<App>,
+    By(by): By,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<SceneDto>, Problem> {
     // Checked before a long body is read.
-    use_cases::idle_simulation(&app)?;
+    use_cases::idle_simulation(&app, &by)?;
     if media_type(&headers).as_deref() != Some("model/stl") {
         return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body has no STL content type")
             .remedy("send Content-Type: model/stl"));
     }
     let bytes = whole_body(body, MODEL_BODY_LIMIT_BYTES, MODEL_BODY_TIMEOUT).await?;
-    use_cases::place_part(&app, bytes).await?;
+    use_cases::place_part(&app, &by, bytes).await?;
     get_scene(State(app)).await
 }
 

@@ -43,6 +43,8 @@ pub struct BoardImageDto {
 pub struct LaserImageDto {
     /// The image.
     pub image: ImageDto,
+    /// The laser-off image that was subtracted from it, if the ambient light is above the limit.
+    pub background: Option<ImageDto>,
     /// Number of line segments.
     pub n_segments: usize,
     /// Number of line points.
@@ -117,8 +119,16 @@ impl From<BoardImage> for BoardImageDto {
 
 impl From<LaserImage> for LaserImageDto {
     fn from(of: LaserImage) -> Self {
-        let LaserImage { image, n_segments, n_points, lines_px, saturated_fraction, problem } = of;
-        Self { image: image.into(), n_segments, n_points, lines_px, saturated_fraction, problem }
+        let LaserImage { image, background, n_segments, n_points, lines_px, saturated_fraction, problem } = of;
+        Self {
+            image: image.into(),
+            background: background.map(Into::into),
+            n_segments,
+            n_points,
+            lines_px,
+            saturated_fraction,
+            problem,
+        }
     }
 }
 

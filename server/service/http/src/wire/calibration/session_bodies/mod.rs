@@ -48,6 +48,9 @@ pub struct ExposuresDto {
     pub laser_exposure_us: f64,
     /// Fraction of full laser power, above 0 and at most 1.
     pub laser_power: f64,
+    /// Ambient light, in levels of 255, above which the laser lines are exposed with the laser off as well, to be
+    /// subtracted; without it never.
+    pub background_above_levels: Option<f64>,
 }
 
 impl From<SessionBody> for SessionBodyDto {
@@ -81,14 +84,14 @@ impl From<SessionBody> for SessionBodyDto {
 
 impl From<Exposures> for ExposuresDto {
     fn from(of: Exposures) -> Self {
-        let Exposures { board_exposure_us, laser_exposure_us, laser_power } = of;
-        Self { board_exposure_us, laser_exposure_us, laser_power }
+        let Exposures { board_exposure_us, laser_exposure_us, laser_power, background_above_levels } = of;
+        Self { board_exposure_us, laser_exposure_us, laser_power, background_above_levels }
     }
 }
 
 impl From<ExposuresDto> for Exposures {
     fn from(of: ExposuresDto) -> Self {
-        let ExposuresDto { board_exposure_us, laser_exposure_us, laser_power } = of;
-        Self { board_exposure_us, laser_exposure_us, laser_power }
+        let ExposuresDto { board_exposure_us, laser_exposure_us, laser_power, background_above_levels } = of;
+        Self { board_exposure_us, laser_exposure_us, laser_power, background_above_levels }
     }
 }

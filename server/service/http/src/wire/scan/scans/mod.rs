@@ -20,7 +20,7 @@ pub use inputs::{
 };
 
 /// State of a scan.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanStateDto {
     /// All planned frames were captured.
