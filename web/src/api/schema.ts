@@ -4710,8 +4710,14 @@ export interface components {
             kind: string;
             /** @description Final message for the operator. */
             message?: string | null;
+            /** @description Of an inspection: the order the part is made for. */
+            order?: string | null;
             problem?: components["schemas"]["AppError"] | null;
+            /** @description Of an inspection: recipe and version, `bracket@7`. */
+            recipe?: string | null;
             result?: components["schemas"]["JobResult"] | null;
+            /** @description Of an inspection: serial number of the part. */
+            serial?: string | null;
             /** @description Who requested it. */
             source?: string | null;
             /** @description `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`. */

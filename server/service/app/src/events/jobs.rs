@@ -14,6 +14,15 @@ pub struct JobEvent {
     pub kind: String,
     /// `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`.
     pub state: String,
+    /// Of an inspection: recipe and version, `bracket@7`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recipe: Option<String>,
+    /// Of an inspection: serial number of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Of an inspection: the order the part is made for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<String>,
     /// Who requested it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,

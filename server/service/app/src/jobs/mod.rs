@@ -134,7 +134,7 @@ impl Jobs {
                         .because(cause.to_string()),
                 ),
             };
-            queue.parts.catalogue.commit(end.changes(&record.id, &record.kind, None, now_ms())).await?;
+            queue.parts.catalogue.commit(end.changes(&record, None, now_ms())).await?;
         }
         queue.advance();
         Ok(Self(queue))
@@ -171,7 +171,7 @@ impl Jobs {
         let record = queued_record(&input, source)?;
         let mut changes = and(&record);
         changes.push(Change::InsertJob(record.clone()));
-        let body = job_event(&record.id, &record.kind, JobState::Queued);
+        let body = job_event(&record, JobState::Queued);
         let body = JobEvent { source: Some(source.to_owned()), ..body };
         changes.push(event(&record.id, Event::JobQueued(body)));
         queue.parts.catalogue.commit(changes).await?;
@@ -249,7 +249,7 @@ impl Jobs {
         let at_ms = now_ms();
         let mut changes = also;
         for waiting in &ended {
-            changes.extend(end.changes(&waiting.record.id, waiting.input.kind(), Some(actor), at_ms));
+            changes.extend(end.changes(&waiting.record, Some(actor), at_ms));
         }
         let stored = self.0.parts.catalogue.commit(changes).await;
         for waiting in ended {

@@ -8,13 +8,13 @@ use app::health;
 use async_trait::async_trait;
 use tokio::sync::watch;
 
-use crate::line::{AppLine, Condition, Devices, Finished, Line};
+use crate::line::{AppLine, Condition, Devices, Finished, Line, Unfinished};
 use crate::server::users::Users;
 use crate::server::{Parts, Shared, serve};
 use crate::settings::Settings;
 
-/// The event that announces a result.
-const INSPECTION_FINISHED: &str = "inspection.finished";
+/// The events that announce a result, or that there is none.
+const KINDS: [&str; 4] = ["inspection.finished", "job.failed", "job.cancelled", "job.interrupted"];
 
 /// An OPC UA server.
 pub struct OpcUaDoor {
@@ -38,7 +38,7 @@ impl OpcUaDoor {
             return Err(BadSetting { setting: "certificates", why });
         }
         let users = Arc::new(Users::new(&settings.users, settings.commands, settings.anonymous)?);
-        let filter = EventFilter::new(vec![INSPECTION_FINISHED.to_owned()], settings.recipes.clone())?;
+        let filter = EventFilter::new(KINDS.map(str::to_owned).to_vec(), settings.recipes.clone())?;
         Ok(Self { settings, filter, users, shared: Shared::new() })
     }
 
@@ -83,17 +83,23 @@ impl Door for OpcUaDoor {
         format!("clients at opc.tcp://{}", self.settings.listen)
     }
 
-    /// A re-evaluation is not wanted: a client would take it for the part before it.
+    /// A re-evaluation is not wanted: a client would take it for the part before it. Of the jobs that end without a
+    /// result, inspections are.
     fn wants(&self, event: &EventRecord) -> bool {
-        self.filter.matches(event) && event.body["re_evaluated_from"].is_null()
+        let is_part = event.body["re_evaluated_from"].is_null() && event.body["serial"].is_string();
+        self.filter.matches(event) && is_part
     }
 
     async fn deliver(&self, delivery: &Delivery) -> Result<(), Undelivered> {
-        match &delivery.inspection {
-            Some(inspection) => self.show(inspection).await,
-            // A test shows nothing: a client would take it for a part.
-            None => self.shared.running().map(drop).map_err(Undelivered::unreachable),
+        if let Some(inspection) = &delivery.inspection {
+            return self.show(inspection).await;
         }
+        let running = self.shared.running().map_err(Undelivered::unreachable)?;
+        // A test shows nothing: a client would take it for a part.
+        if let Some(unfinished) = Unfinished::of(&delivery.event) {
+            running.publisher.publish_unfinished(&unfinished);
+        }
+        Ok(())
     }
 
     async fn serve(self: Arc<Self>, app: App) {

@@ -1,4 +1,4 @@
-//! An inspection as a result of OPC 40100-1.
+//! An inspection as a result of OPC 40100-1, and one that ended without a result.
 
 use app::doors::{CharacteristicMessage, InspectionMessage};
 use opcua::types::{Array, DateTime, ExtensionObject, KeyValuePair, QualifiedName, Variant, VariantScalarTypeId};
@@ -8,7 +8,7 @@ use crate::information_model::ids::structures::{
     RESULT_ID,
 };
 use crate::information_model::structures::{Structures, texts};
-use crate::line::Finished;
+use crate::line::{Finished, Unfinished};
 
 /// Attribute of a part with the client's id of the measurement.
 pub const MEAS_ID_ATTRIBUTE: &str = "meas_id";
@@ -18,6 +18,12 @@ pub const PRODUCT_ID_ATTRIBUTE: &str = "product_id";
 
 /// `ResultState` Completed: all results are, whatever their verdict.
 const COMPLETED: i32 = 1;
+
+/// `ResultState` Aborted: a person or the end of the service ended the job.
+const ABORTED: i32 = 3;
+
+/// `ResultState` Failed.
+const FAILED: i32 = 4;
 
 /// 1970 in units of 100 ns since 1601.
 const UNIX_EPOCH_TICKS: i64 = 116_444_736_000_000_000;
@@ -53,6 +59,23 @@ pub fn fields(structures: &Structures, finished: &Finished) -> Vec<(&'static str
         ("CreationTime", time(inspection.inspected_at_ms).into()),
         ("ProcessingTimes", Variant::Empty),
         ("ResultContent", content(inspection)),
+    ]
+}
+
+/// The fields of `ResultDataType` that are known without a result. The id is that of the job; there is no content, so
+/// that nobody takes it for a verdict.
+pub fn fields_of_unfinished(structures: &Structures, unfinished: &Unfinished) -> Vec<(&'static str, Variant)> {
+    let Unfinished { job_id, serial, recipe, has_failed, at_ms, .. } = unfinished;
+    let (id, version) = recipe.split_once('@').unwrap_or((recipe, ""));
+    vec![
+        ("ResultId", structures.id(RESULT_ID, job_id)),
+        ("IsPartial", false.into()),
+        ("ResultState", if *has_failed { FAILED } else { ABORTED }.into()),
+        ("PartId", structures.described_id(PART_ID, serial)),
+        ("ExternalRecipeId", structures.binary_id(RECIPE_ID_EXTERNAL, id, None, None)),
+        ("InternalRecipeId", structures.binary_id(RECIPE_ID_INTERNAL, id, version.parse().ok(), None)),
+        ("JobId", structures.id(JOB_ID, job_id)),
+        ("CreationTime", time(*at_ms).into()),
     ]
 }
 

@@ -172,9 +172,10 @@ async def components(station, result_id):
 
 
 async def fail(station, recipe, serial):
-    seen = await subscribe(station, [STATE_CHANGED, ERROR, ERROR_RESOLVED])
-    await start_job(station, recipe, serial)
+    seen = await subscribe(station, [STATE_CHANGED, ERROR, ERROR_RESOLVED, RESULT_READY])
+    job, _ = await start_job(station, recipe, serial)
     await seen.until(ERROR_RESOLVED, lambda event: True)
+    unfinished = await seen.until(RESULT_READY, lambda event: event.PartId.Id == serial)
     shown = lambda kind: [  # noqa: E731
         {
             "message": event.Message.Text,
@@ -185,7 +186,17 @@ async def fail(station, recipe, serial):
         }
         for event in seen.of(kind)
     ]
-    return {"error": shown(ERROR), "resolved": shown(ERROR_RESOLVED)}
+    return {
+        "error": shown(ERROR),
+        "resolved": shown(ERROR_RESOLVED),
+        "unfinished": {
+            "is_of_job": unfinished.JobId.Id == job.Id,
+            "state": unfinished.ResultState,
+            "recipe": unfinished.InternalRecipeId.Id,
+            "content": unfinished.ResultContent,
+            "message": unfinished.Message.Text,
+        },
+    }
 
 
 async def inspect(station, recipe, serial):

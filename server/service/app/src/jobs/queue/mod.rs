@@ -134,7 +134,7 @@ impl Queue {
     pub async fn cancel_waiting(&self, id: &str, end: &End, actor: &str) -> Result<(), AppError> {
         let taken = self.lanes().iter_mut().enumerate().find_map(|(idx, lane)| Some((idx, lane.take(id)?)));
         let Some((lane_idx, (place, waiting))) = taken else { return Ok(()) };
-        let changes = end.changes(id, waiting.input.kind(), Some(actor), now_ms());
+        let changes = end.changes(&waiting.record, Some(actor), now_ms());
         if let Err(error) = self.parts.catalogue.commit(changes).await {
             self.lanes()[lane_idx].put_back(place, waiting);
             self.advance();

@@ -3,9 +3,10 @@
 use crate::events::{Event, JobEvent, JobResult, event};
 use std::sync::Arc;
 
+use serde::Deserialize as _;
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
-use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
+use store::{Change, JobOutcome, JobRecord, JobState, Page, ResultRef, StoreError};
 
 use crate::error::AppError;
 use crate::jobs::progress::Warnings;
@@ -13,7 +14,7 @@ use crate::jobs::queue::forecast::Forecast;
 use crate::jobs::queue::lane::Running;
 use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
 use crate::jobs::queue::run;
-use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, scan};
+use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, Queue, StationContext, Waiting, scan};
 
 /// Key of the timeline in a job's checkpoint, used to forecast similar jobs.
 const TIMELINE: &str = "timeline";
@@ -79,10 +80,10 @@ impl End {
     }
 
     /// All changes at this end, to be committed together.
-    pub fn changes(&self, id: &str, kind: &str, actor: Option<&str>, at_ms: i64) -> Vec<Change> {
+    pub fn changes(&self, job: &JobRecord, actor: Option<&str>, at_ms: i64) -> Vec<Change> {
         let mut changes = self.changes.clone();
         changes.push(Change::EndJob {
-            id: id.to_owned(),
+            id: job.id.clone(),
             outcome: self.outcome.clone(),
             message: self.message.clone(),
             at_ms,
@@ -92,7 +93,7 @@ impl End {
             result: self.result().map(|result| JobResult { kind: result.kind, id: result.id }),
             problem: self.problem().and_then(|problem| serde_json::from_value(problem).ok()),
             actor: actor.map(str::to_owned),
-            ..job_event(id, kind, self.state())
+            ..job_event(job, self.state())
         };
         let ended = match self.outcome {
             JobOutcome::Succeeded(_) => Event::JobSucceeded(body),
@@ -100,17 +101,24 @@ impl End {
             JobOutcome::Cancelled => Event::JobCancelled(body),
             JobOutcome::Interrupted => Event::JobInterrupted(body),
         };
-        changes.push(event(id, ended));
+        changes.push(event(&job.id, ended));
         changes
     }
 }
 
-/// The common fields of a job event.
-pub(in crate::jobs) fn job_event(id: &str, kind: &str, state: JobState) -> JobEvent {
+/// The common fields of a job event. An inspection without a result is thus known by its part.
+pub(in crate::jobs) fn job_event(job: &JobRecord, state: JobState) -> JobEvent {
+    let inspected = match JobInput::deserialize(&job.input) {
+        Ok(JobInput::Inspection(input)) => Some(input),
+        _ => None,
+    };
     JobEvent {
-        id: id.to_owned(),
-        kind: kind.to_owned(),
+        id: job.id.clone(),
+        kind: job.kind.clone(),
         state: state_name(state).to_owned(),
+        recipe: inspected.as_ref().map(|input| format!("{}@{}", input.recipe_id, input.recipe_version)),
+        serial: inspected.as_ref().map(|input| input.part.serial.clone()),
+        order: inspected.and_then(|input| input.part.order),
         ..JobEvent::default()
     }
 }
@@ -131,10 +139,9 @@ impl Queue {
     /// Runs one job on the calling thread.
     pub(in crate::jobs) fn live(&self, waiting: Waiting, running: &Running) {
         let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
-        let kind = waiting.input.kind();
         let (class, size) = (waiting.input.duration_class(), waiting.input.size());
         running.progress.set_forecast(self.forecast(&class, size));
-        let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
+        let result = self.begin(running).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
             context.check_cancelled()?;
             run::run(&self.procedure, waiting.input, &context)
@@ -151,7 +158,7 @@ impl Queue {
                 checkpoint: Some(json!({ TIMELINE: timeline })),
             });
         }
-        self.end(running, kind, end);
+        self.end(running, end);
     }
 
     /// The forecast for this job, from recent similar jobs.
@@ -164,10 +171,11 @@ impl Queue {
         Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
     }
 
-    fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
+    fn begin(&self, running: &Running) -> Result<(), StoreError> {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
-        let started = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
+        let job = running.progress.view().record;
+        let started = event(&running.id, Event::JobRunning(job_event(&job, JobState::Running)));
         self.runtime.block_on(self.parts.catalogue.commit(vec![start, started]))?;
         running.progress.change(|record| {
             record.state = JobState::Running;
@@ -200,11 +208,11 @@ impl Queue {
     }
 
     /// Stores the end together with the results; if that fails, the results are discarded and the job has failed.
-    fn end(&self, running: &Running, kind: &str, end: End) {
+    fn end(&self, running: &Running, end: End) {
         let at_ms = now_ms();
-        let commit = |end: &End| {
-            self.runtime.block_on(self.parts.catalogue.commit(end.changes(&running.id, kind, None, at_ms)))
-        };
+        let job = running.progress.view().record;
+        let commit =
+            |end: &End| self.runtime.block_on(self.parts.catalogue.commit(end.changes(&job, None, at_ms)));
         let end = match commit(&end) {
             Ok(_) => {
                 if let Some(scan_id) = &end.finished_work {
@@ -254,5 +262,32 @@ async fn tick(queue: Arc<Queue>, running: Running) {
                 tracing::warn!(job = %running.id, %error, "progress cannot be stored");
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::{ExportInput, InspectInput, ScanSource, queued_record};
+    use crate::resources::inspections::InspectedPart;
+
+    #[test]
+    fn a_failed_inspection_is_known_by_its_part() {
+        let part = InspectedPart { serial: "S-7".into(), order: Some("4711".into()), attributes: [].into() };
+        let input = InspectInput { recipe_id: "lid".into(), recipe_version: 3, part, source: ScanSource::Station };
+        let job = queued_record(&JobInput::Inspection(input), "rest").unwrap();
+        let end = End::failed(&AppError::new(crate::error::ErrorKind::Internal, "the camera is disconnected"));
+        let Some(Change::AppendEvent(failed)) = end.changes(&job, None, 1).pop() else { panic!("no event") };
+        let named = |name: &str| failed.body[name].as_str();
+        assert_eq!((failed.kind.as_str(), named("recipe")), ("job.failed", Some("lid@3")));
+        assert_eq!((named("serial"), named("order")), (Some("S-7"), Some("4711")));
+    }
+
+    #[test]
+    fn another_job_has_no_part() {
+        let input = ExportInput { scan_id: "s".into(), what: "cloud".into(), format: "ply".into() };
+        let job = queued_record(&JobInput::Export(input), "rest").unwrap();
+        let body = serde_json::to_value(job_event(&job, JobState::Running)).unwrap();
+        assert!(["recipe", "serial", "order"].iter().all(|name| body.get(name).is_none()), "{body}");
     }
 }

@@ -6,9 +6,11 @@ mod devices;
 pub use app_line::AppLine;
 pub use devices::Devices;
 
-use app::doors::{InspectionMessage, MachineState};
+use app::doors::{EventRecord, InspectionMessage, MachineState};
+use app::events::JobEvent;
 use app::health::StationHealth;
 use async_trait::async_trait;
+use serde::Deserialize as _;
 
 use crate::refusal::Refusal;
 
@@ -56,6 +58,37 @@ pub struct Finished {
     pub inspection: InspectionMessage,
     /// The job that made it, if known.
     pub job_id: Option<String>,
+}
+
+/// An inspection that ended without a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unfinished {
+    /// Its job.
+    pub job_id: String,
+    /// Serial number of the part.
+    pub serial: String,
+    /// Recipe and version: `bracket@7`.
+    pub recipe: String,
+    /// Whether it failed, rather than being cancelled or interrupted.
+    pub has_failed: bool,
+    /// Why, for a person.
+    pub reason: String,
+    /// When, ms since 1970 (UTC).
+    pub at_ms: i64,
+}
+
+impl Unfinished {
+    /// From the event of a job that ended; `None` for other events and other jobs.
+    pub fn of(event: &EventRecord) -> Option<Self> {
+        let has_failed = match event.kind.as_str() {
+            "job.failed" => true,
+            "job.cancelled" | "job.interrupted" => false,
+            _ => return None,
+        };
+        let JobEvent { id, recipe, serial, message, problem, .. } = JobEvent::deserialize(&event.body).ok()?;
+        let reason = problem.map(|problem| problem.detail).or(message).unwrap_or_default();
+        Some(Self { job_id: id, serial: serial?, recipe: recipe?, has_failed, reason, at_ms: event.at_ms })
+    }
 }
 
 /// Which results are listed; `None`: all.

@@ -10,9 +10,9 @@ use parking_lot::Mutex;
 
 use crate::information_model::ids::structures::{JOB_ID, RECIPE_ID_INTERNAL};
 use crate::information_model::ids::{events, instances};
-use crate::line::{Condition, Finished};
+use crate::line::{Condition, Finished, Unfinished};
 use crate::machine::{OPERATIONAL_NODE, Transition, name, node, path};
-use crate::result::{fields, structure};
+use crate::result::{fields, fields_of_unfinished, structure};
 use crate::server::event::StationEvent;
 use crate::server::health::ShownHealth;
 use crate::server::nodes::{Manager, Nodes};
@@ -73,6 +73,17 @@ impl Publisher {
         let message = format!("part {}: {}", inspection.serial, inspection.verdict);
         let mut event = self.event(events::RESULT_READY, instances::SYSTEM, INFORMATION, &message);
         for (name, value) in fields(&self.nodes().structures, finished) {
+            event = event.with(&[self.name(name)], value);
+        }
+        self.notify(&event);
+    }
+
+    /// Publishes that an inspection ended without a result; the variables keep the latest result.
+    pub fn publish_unfinished(&self, unfinished: &Unfinished) {
+        let Unfinished { serial, reason, .. } = unfinished;
+        let message = format!("part {serial} has no result: {reason}");
+        let mut event = self.event(events::RESULT_READY, instances::SYSTEM, FAULT, &message);
+        for (name, value) in fields_of_unfinished(&self.nodes().structures, unfinished) {
             event = event.with(&[self.name(name)], value);
         }
         self.notify(&event);

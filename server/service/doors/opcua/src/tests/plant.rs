@@ -53,6 +53,7 @@ pub struct ScriptedLine {
     pub condition: watch::Sender<Condition>,
     pub calls: Mutex<Vec<String>>,
     pub stored: watch::Sender<Vec<Finished>>,
+    unfinished: watch::Sender<Vec<EventRecord>>,
     /// When it failed, ms since 1970.
     pub failed_at_ms: AtomicI64,
 }
@@ -66,6 +67,7 @@ impl Plant {
             condition: watch::Sender::default(),
             calls: Mutex::default(),
             stored: watch::Sender::default(),
+            unfinished: watch::Sender::default(),
             failed_at_ms: AtomicI64::new(0),
         };
         line.enter(MachineState::Preoperational);
@@ -111,6 +113,18 @@ impl Plant {
             tokio::time::sleep(std::time::Duration::from_millis(20)).await;
         }
         let (delivering, line) = (door.clone(), self.line.clone());
+        let mut unfinished = line.unfinished.subscribe();
+        let (delivering_unfinished, mut n_unfinished) = (door.clone(), 0);
+        self.running.push(tokio::spawn(async move {
+            while unfinished.changed().await.is_ok() {
+                let all = unfinished.borrow_and_update().clone();
+                for event in &all[n_unfinished..] {
+                    assert!(delivering_unfinished.wants(event), "{event:?}");
+                    delivering_unfinished.deliver(&Delivery::new(event.clone(), None)).await.unwrap();
+                }
+                n_unfinished = all.len();
+            }
+        }));
         let mut stored = line.stored.subscribe();
         let mut n_delivered = stored.borrow().len();
         self.running.push(tokio::spawn(async move {
@@ -221,7 +235,7 @@ fn delivery(finished: &Finished) -> Delivery {
         seq: finished.inspection.seq,
         kind: "inspection.finished".to_owned(),
         subject: finished.inspection.id.clone(),
-        body: serde_json::json!({ "recipe": "bracket@7", "re_evaluated_from": null }),
+        body: serde_json::json!({ "recipe": "bracket@7", "re_evaluated_from": null, "serial": finished.inspection.serial }),
         at_ms: finished.inspection.inspected_at_ms,
     };
     Delivery::new(event, Some(finished.inspection.clone()))
@@ -266,7 +280,12 @@ impl ScriptedLine {
         });
         self.enter(MachineState::Error);
         self.enter(MachineState::Preoperational);
-        "job-failed".to_owned()
+        let body = serde_json::json!({ "id": "job-failed", "kind": "inspection", "state": "failed", "serial": FAULTY,
+            "recipe": "bracket@7", "message": "failed" });
+        let (kind, subject) = ("job.failed".to_owned(), "job-failed".to_owned());
+        let failed = EventRecord { seq: 99, kind, subject: subject.clone(), body, at_ms: since_ms };
+        self.unfinished.send_modify(|all| all.push(failed));
+        subject
     }
 
     fn call(&self, user: &str, what: &str) {

@@ -91,6 +91,10 @@ async fn a_fault_is_reported_with_its_remedy_and_so_is_its_end() {
         "to": "Preoperational",
     }]);
     assert_eq!(seen["resolved"], resolved);
+    // Failed, without content.
+    let unfinished = json!({ "is_of_job": true, "state": 4, "recipe": "bracket", "content": null,
+        "message": format!("part {FAULTY} has no result: failed") });
+    assert_eq!(seen["unfinished"], unfinished);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
