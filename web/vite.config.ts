@@ -18,7 +18,7 @@ export default defineConfig({
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
     // A file of its own costs a page more than a few kilobytes that it may not need.
-    rollupOptions: { output: { experimentalMinChunkSize: 6000 } },
+    rollupOptions: { output: { experimentalMinChunkSize: 7000 } },
   },
   esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
   plugins: [compressed()],

@@ -176,6 +176,19 @@ test(
     expect(await covered(page)).toBe(0);
     await press(page, "Start live view");
     await page.locator(".detection, .board-facts").first().waitFor();
+    // A changed exposure is that of the images to come, and applies to the live view at once.
+    await page.locator(".exposures summary").click();
+    await page.getByLabel("Board exposure (laser off)").fill("19000");
+    await page.getByLabel("Board exposure (laser off)").press("Enter");
+    await until("the exposure of the session", async () => {
+      return (await sessionAt(page)).body.exposures.board_exposure_us === 19_000;
+    });
+    await until("the exposure of the live view", async () => {
+      const path = "/api/v1/devices/camera/settings";
+      return (await server.call<Schemas["CameraSettingsDto"]>("GET", path)).exposure_us === 19_000;
+    });
+    await expectAccessible(page);
+    await page.locator(".exposures summary").click();
     // The board is held still: the image is captured automatically.
     await press(page, "Next pose");
     await taken(page, 1);
@@ -198,6 +211,7 @@ test(
     const address = new URL(page.url()).hash;
     const before = await sessionAt(page);
     expect(before.body.poses.length).toBe(3);
+    expect(before.body.poses.map(({ board }) => board.image.exposure_us)).toEqual([19_000, 19_000, 19_000]);
     await page.close();
     await context.close();
 

@@ -1,7 +1,9 @@
 /** The form of the scan settings. */
 
 import type { Signal } from "@preact/signals";
+import { Check } from "../../components/fields/check";
 import type { Form } from "../../components/fields/form";
+import { AmbientLevelsField, LaserPowerField } from "../../components/fields/light_fields";
 import { NumberField } from "../../components/fields/number_field";
 import { text } from "../../text";
 import { EXPOSURE_COUNTS, MODES } from "./acquisition";
@@ -78,17 +80,12 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
                 set_up.exposure_us.value = value;
               }}
             />
-            <NumberField
+            <LaserPowerField
               form={form}
-              label={words.laser_power}
-              unit="%"
               optional
-              min={0.1}
-              max={100}
-              placeholder="100"
-              value={set_up.laser_percent.value}
+              value={set_up.laser_power.value}
               onChange={(value) => {
-                set_up.laser_percent.value = value;
+                set_up.laser_power.value = value;
               }}
             />
           </div>
@@ -107,26 +104,20 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
               </select>
             </label>
           )}
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={set_up.keep_frames.value}
-              onChange={(event) => {
-                set_up.keep_frames.value = event.currentTarget.checked;
-              }}
-            />
-            {words.keep_frames}
-          </label>
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={set_up.subtract_ambient.value}
-              onChange={(event) => {
-                set_up.subtract_ambient.value = event.currentTarget.checked;
-              }}
-            />
-            {words.subtract_ambient}
-          </label>
+          <Check
+            label={words.keep_frames}
+            checked={set_up.keep_frames.value}
+            onChange={(checked) => {
+              set_up.keep_frames.value = checked;
+            }}
+          />
+          <Check
+            label={words.subtract_ambient}
+            checked={set_up.subtract_ambient.value}
+            onChange={(checked) => {
+              set_up.subtract_ambient.value = checked;
+            }}
+          />
           {set_up.subtract_ambient.value && (
             <div class="row end">
               {set_up.mode.value === "stop_and_go" && (
@@ -144,14 +135,9 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
                   }}
                 />
               )}
-              <NumberField
+              <AmbientLevelsField
                 form={form}
-                label={words.ambient_levels}
-                unit={words.levels_unit}
                 optional
-                min={0}
-                max={255}
-                placeholder={words.always}
                 value={set_up.ambient_levels.value}
                 onChange={(value) => {
                   set_up.ambient_levels.value = value;
@@ -159,16 +145,13 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
               />
             </div>
           )}
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={set_up.record.value}
-              onChange={(event) => {
-                set_up.record.value = event.currentTarget.checked;
-              }}
-            />
-            {words.record}
-          </label>
+          <Check
+            label={words.record}
+            checked={set_up.record.value}
+            onChange={(checked) => {
+              set_up.record.value = checked;
+            }}
+          />
         </div>
       </details>
     </div>

@@ -26,7 +26,8 @@ export class SetUp {
   /** The exposure, or the longest of several. */
   readonly exposure_us = signal<number | undefined>(undefined);
   readonly n_exposures = signal<number>(1);
-  readonly laser_percent = signal<number | undefined>(undefined);
+  /** Fraction of full power. */
+  readonly laser_power = signal<number | undefined>(undefined);
   readonly name = signal("");
   readonly keep_frames = signal(false);
   /** Images with the laser off, subtracted from the frames. */
@@ -49,7 +50,7 @@ export class SetUp {
       mode: this.mode.value,
       ...(this.rotary.value ? this.rotaryRange(continuous) : this.linearRange(continuous)),
       ...this.exposures(continuous),
-      ...(this.laser_percent.value !== undefined && { laser_power: this.laser_percent.value / 100 }),
+      ...(this.laser_power.value !== undefined && { laser_power: this.laser_power.value }),
       ...(name !== "" && { name }),
       ...(this.keep_frames.value && { keep_frames: true }),
       ...(this.subtract_ambient.value && { background: this.background(continuous) }),

@@ -8,6 +8,7 @@
 import { signal } from "@preact/signals";
 import { type Api, data, type Problem, problemOf } from "../../../api/client";
 import type { App } from "../../../app";
+import { CameraExposure } from "../exposures/camera_exposure";
 import type { Detection, Session } from "./session_state";
 import { Stillness } from "./stillness";
 
@@ -20,6 +21,8 @@ const PAUSE_AFTER_ERROR_MS = 1000;
 export class LiveBoard {
   readonly detection = signal<Detection | undefined>(undefined);
   readonly problem = signal<Problem | undefined>(undefined);
+  /** Why a changed board exposure does not apply to the live view. */
+  readonly exposure_problem = signal<Problem | undefined>(undefined);
   /** Time for which the board has been still, ms. */
   readonly still_ms = signal(0);
   /** Set while an image is captured: detection is paused. */
@@ -27,14 +30,21 @@ export class LiveBoard {
   private readonly stillness = new Stillness();
   private timer: ReturnType<typeof setTimeout> | undefined;
   private ended = false;
-  private exposure_before_us: number | undefined;
+  private readonly exposure: CameraExposure;
+  /** The board exposure that the live view has. */
+  private exposed_us: number;
+  /** Set when the live view was ended, which the status of the station shows a little later. */
+  private stopped = false;
 
   constructor(
     private readonly app: App,
-    private readonly session: Session,
+    private session: Session,
     /** Called after each detection. */
     private readonly onDetection: (detection: Detection, still_ms: number) => void,
-  ) {}
+  ) {
+    this.exposure = new CameraExposure(app);
+    this.exposed_us = this.board_exposure_us;
+  }
 
   /** Whether the live view runs. */
   get runs(): boolean {
@@ -50,9 +60,11 @@ export class LiveBoard {
   async start(): Promise<void> {
     const { api, control } = this.app;
     await control.ensure();
-    this.exposure_before_us ??= await setExposure(this.app, this.session.body.exposures.board_exposure_us);
+    this.stopped = false;
+    await this.expose();
     const params = { header: { "Sheaf-Control": control.id() ?? "" } };
     await data(api.PUT("/api/v1/station/live", { params, body: { running: true, laser_power: 0 } }));
+    if (this.exposed_us !== this.board_exposure_us) await this.expose();
   }
 
   /** Ends the live view and restores the previous exposure. */
@@ -62,8 +74,28 @@ export class LiveBoard {
     if (!control.mine.peek()) return;
     const params = { header: { "Sheaf-Control": control.id() ?? "" } };
     await data(api.PUT("/api/v1/station/live", { params, body: { running: false, laser_power: 0 } }));
-    if (this.exposure_before_us !== undefined) await setExposure(this.app, this.exposure_before_us);
-    this.exposure_before_us = undefined;
+    this.stopped = true;
+    this.exposure_problem.value = undefined;
+    await this.exposure.restore();
+  }
+
+  /** Takes over the newest session; a changed board exposure applies at once to a live view that this page controls. */
+  async follow(session: Session): Promise<void> {
+    this.session = session;
+    const is_live = this.runs && !this.stopped && !this.paused && this.app.control.mine.peek();
+    if (!is_live || this.exposed_us === this.board_exposure_us) return;
+    try {
+      await this.expose();
+    } catch (cause) {
+      // After a capture the live view starts with the newest exposure.
+      this.exposure_problem.value = this.paused ? undefined : problemOf(cause);
+    }
+  }
+
+  /** Takes control of a running live view that no one controls, so that a changed exposure can apply to it. */
+  async takeIfFree(): Promise<void> {
+    const { control } = this.app;
+    if (this.runs && control.other.peek() === undefined) await control.ensure();
   }
 
   /** Resets the detection after the board was moved. */
@@ -76,7 +108,18 @@ export class LiveBoard {
   dispose(): void {
     this.ended = true;
     clearTimeout(this.timer);
-    if (this.exposure_before_us !== undefined) void this.stop().catch(() => undefined);
+    if (this.exposure.is_changed) void this.stop().catch(() => undefined);
+  }
+
+  private get board_exposure_us(): number {
+    return this.session.body.exposures.board_exposure_us;
+  }
+
+  private async expose(): Promise<void> {
+    const exposure_us = this.board_exposure_us;
+    await this.exposure.set(exposure_us);
+    this.exposed_us = exposure_us;
+    this.exposure_problem.value = undefined;
   }
 
   private async detectOnce(): Promise<void> {
@@ -105,14 +148,4 @@ export class LiveBoard {
 
 async function detectBoard(api: Api, id: string): Promise<Detection> {
   return await data(api.POST("/api/v1/calibration-sessions/{id}/detect-board", { params: { path: { id } } }));
-}
-
-/** Sets the exposure; returns the previous one. */
-async function setExposure({ api, control }: App, exposure_us: number): Promise<number> {
-  const response = await api.GET("/api/v1/devices/camera/settings");
-  const before_us = (await data(Promise.resolve(response))).exposure_us;
-  if (before_us === exposure_us) return before_us;
-  const header = { "Sheaf-Control": control.id() ?? "", "If-Match": response.response.headers.get("etag") ?? "*" };
-  await data(api.PATCH("/api/v1/devices/camera/settings", { params: { header }, body: { exposure_us } }));
-  return before_us;
 }

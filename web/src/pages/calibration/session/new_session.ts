@@ -1,6 +1,7 @@
-/** Settings of board and line projector for a new session. */
+/** Settings of board, line projector and exposures for a new session. */
 
 import type { Schemas } from "../../../api/client";
+import type { Exposures } from "../exposures/exposures";
 import type { Target } from "./target";
 
 export type Projector = Schemas["ProjectorDto"];
@@ -8,10 +9,16 @@ export type Projector = Schemas["ProjectorDto"];
 export interface Draft {
   target: Target;
   projector: Projector;
+  exposures: Exposures;
 }
 
-export function draftFrom({ target, projector }: Schemas["SessionDefaultsDto"]): Draft {
-  return { target, projector };
+export function draftFrom({ target, projector, exposures }: Schemas["SessionDefaultsDto"]): Draft {
+  return { target, projector, exposures };
+}
+
+/** The request for a session with these settings. */
+export function requestOf(name: string, { target, projector, exposures }: Draft): Schemas["NewSessionDto"] {
+  return { name, target, projector, exposures };
 }
 
 /** Parses a list of orders with any minus sign; `undefined` if it is not a list of whole numbers. */

@@ -1,6 +1,6 @@
 /** The images captured so far, with the detected points, and a button that deletes each. */
 
-import { useMemo, useRef } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
@@ -54,17 +54,15 @@ function Pose({ session, pose, number, is_outlier, change }: PoseProperties) {
   const { api } = useApp();
   const words = text.value.calibration;
   const { board, laser } = pose;
-  const changes = useRef(change);
-  changes.current = change;
   const remove = useMemo(
     () =>
       new Command(async () => {
-        await changes.current((if_match) => {
+        await change((if_match) => {
           const params = { path: { id: session.id, pose_id: pose.id }, header: { "If-Match": if_match } };
           return data(api.DELETE("/api/v1/calibration-sessions/{id}/poses/{pose_id}", { params }));
         });
       }),
-    [api, session.id, pose.id],
+    [api, session.id, pose.id, change],
   );
   const problem = board.problem ?? (is_outlier ? words.outlier : undefined);
   return (

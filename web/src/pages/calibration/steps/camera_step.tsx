@@ -4,17 +4,20 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { Check } from "../../../components/fields/check";
 import { ProblemCard } from "../../../components/problem";
 import { useHalted } from "../../../components/station/halted";
 import { remembered } from "../../../state/browser/remembered";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
+import { ExposuresCard } from "../exposures/exposures_card";
 import { BoardImage } from "../session/board_image";
 import { DetectionFacts } from "../session/detection_facts";
 import { LiveBoard } from "../session/live_board";
 import { OperatorPanel } from "../session/operator_panel";
 import { PosesView } from "../session/poses_view";
 import { RequirementsView } from "../session/requirements_view";
+import type { Change } from "../session/session_change";
 import {
   type Corner,
   type Detection,
@@ -42,15 +45,13 @@ export function CameraStep({ session, change }: StepProperties) {
     current.current = session;
   }
   const id = session.id;
-  const changes = useRef(change);
-  changes.current = change;
   const capture = useMemo(
     () =>
       new Command(async () => {
         board.paused = true;
         try {
           await control.ensure();
-          await changes.current((if_match) => {
+          await change((if_match) => {
             const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
             return data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params: { path: { id }, header } }));
           });
@@ -61,7 +62,7 @@ export function CameraStep({ session, change }: StepProperties) {
           board.paused = false;
         }
       }),
-    [id],
+    [id, change],
   );
   const onDetection = (detection: Detection, still_ms: number) => {
     const ready = detection.corners.length > 0 && !detection.problem && still_ms >= STILL_FOR_MS;
@@ -75,6 +76,15 @@ export function CameraStep({ session, change }: StepProperties) {
     board.startDetection();
     return () => board.dispose();
   }, [board]);
+  const { runs } = board;
+  useEffect(() => void board.follow(session), [board, session, runs]);
+  const changeExposures = useMemo<Change>(
+    () => async (act) => {
+      await board.takeIfFree();
+      return await change(act);
+    },
+    [board, change],
+  );
   const live = useMemo(() => new Command(() => board.start()), [board]);
   const end = useMemo(() => new Command(() => board.stop()), [board]);
   const detection = board.detection.value;
@@ -85,21 +95,18 @@ export function CameraStep({ session, change }: StepProperties) {
       <div class="stack main">
         <BoardImage board={board} />
         <div class="row live-acts">
-          {board.runs || capture.running ? (
+          {runs || capture.running ? (
             <>
               <CommandButton command={capture} kind="primary" blocked={blocked}>
                 {words.capture_pose}
               </CommandButton>
-              <label class="check">
-                <input
-                  type="checkbox"
-                  checked={auto_capture.value}
-                  onChange={(event) => {
-                    auto_capture.value = event.currentTarget.checked;
-                  }}
-                />
-                {words.auto}
-              </label>
+              <Check
+                label={words.auto}
+                checked={auto_capture.value}
+                onChange={(checked) => {
+                  auto_capture.value = checked;
+                }}
+              />
               <span class="grow" />
               <CommandButton command={end}>{words.live_stop}</CommandButton>
             </>
@@ -112,11 +119,13 @@ export function CameraStep({ session, change }: StepProperties) {
             </>
           )}
         </div>
-        {board.runs && <DetectionFacts board={board} session={session} capturing={capture.running} />}
+        {runs && <DetectionFacts board={board} session={session} capturing={capture.running} />}
         {board.problem.value && <ProblemCard problem={board.problem.value} />}
+        {board.exposure_problem.value && <ProblemCard problem={board.exposure_problem.value} />}
       </div>
       <div class="stack side">
         <OperatorPanel n_captured={session.body.poses.length} onMoved={() => board.clear()} />
+        <ExposuresCard session={session} change={changeExposures} hint={words.exposures_live} />
         <RequirementsView session={session} detection={detection} />
       </div>
       <PosesView session={session} change={change} />

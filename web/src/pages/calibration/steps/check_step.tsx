@@ -1,4 +1,4 @@
-/** Before the first image: state of the station, board and line projector. */
+/** Before the first image: state of the station, board, line projector and exposures. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -11,7 +11,8 @@ import { DarkFrameCard } from "../../../components/station/dark_frame_card";
 import { goTo, href } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { type Draft, draftFrom } from "../session/new_session";
+import { ExposureFacts, ExposureFields } from "../exposures/exposure_fields";
+import { type Draft, draftFrom, requestOf } from "../session/new_session";
 import { ProjectorFacts, ProjectorFields } from "../session/projector_form";
 import { TargetFacts, TargetFields } from "../session/target_form";
 import { goToStep, type StepProperties } from "./wizard";
@@ -43,7 +44,7 @@ export function StationFacts() {
 /** The step in an existing session: its settings, read-only. */
 export function StationCheck({ session }: StepProperties) {
   const words = text.value.calibration;
-  const { target, projector } = session.body;
+  const { target, projector, exposures } = session.body;
   return (
     <div class="stack">
       <div class="cards two">
@@ -58,6 +59,10 @@ export function StationCheck({ session }: StepProperties) {
         <section class="card">
           <h2>{words.projector}</h2>
           <ProjectorFacts projector={projector} />
+        </section>
+        <section class="card">
+          <h2>{words.exposures}</h2>
+          <ExposureFacts exposures={exposures} />
         </section>
         <DarkFrameCard />
       </div>
@@ -115,18 +120,17 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
   const begin = useMemo(
     () =>
       new Command(async () => {
-        const { target, projector } = draft.value;
         const session = await data(
           api.POST("/api/v1/calibration-sessions", {
             headers: { "Idempotency-Key": idempotencyKey() },
-            body: { exposures: null, name: name.value, target, projector },
+            body: requestOf(name.value, draft.value),
           }),
         );
         goTo("calibration", session.id);
       }),
     [api],
   );
-  const { target, projector } = draft.value;
+  const { target, projector, exposures } = draft.value;
   return (
     <form class="stack" onSubmit={(event) => event.preventDefault()}>
       <p class="muted">{words.defaults_of_station}</p>
@@ -145,6 +149,15 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
             onOrders={(right) => {
               orders_wrong.value = !right;
             }}
+          />
+        </section>
+        <section class="card stack">
+          <h2>{words.exposures}</h2>
+          <p class="muted">{words.exposures_hint}</p>
+          <ExposureFields
+            form={form}
+            exposures={exposures}
+            onChange={(changed) => change({ exposures: { ...draft.peek().exposures, ...changed } })}
           />
         </section>
       </div>

@@ -8,15 +8,17 @@ import { orderColour, orderName } from "../../../theme";
 import { useCalibration } from "../details/details";
 import { AnglesView, ModelsView } from "../details/models_view";
 import { type Residuals, ResidualsView } from "../details/residuals_view";
+import { ExposuresCard } from "../exposures/exposures_card";
 import { type Dot, SessionImage } from "../session/session_image";
 import type { Session } from "../session/session_state";
 import { goToStep, type StepProperties } from "./wizard";
 
-export function LightStep({ session, calibration_id }: StepProperties) {
+export function LightStep({ session, calibration_id, change }: StepProperties) {
   const words = text.value.calibration;
   return (
     <div class="stack">
       <p>{words.light_lead}</p>
+      <ExposuresCard session={session} change={change} hint={words.exposures_next} />
       {calibration_id ? <Solved session={session} id={calibration_id} /> : <Lines session={session} />}
       <div>
         <button type="button" class="primary" onClick={() => goToStep(session.id, "stage")}>
@@ -81,7 +83,10 @@ function Lines({ session, residuals }: { session: Session; residuals?: Residuals
               />
               <div class="row">
                 <strong class="grow">{words.pose(number)}</strong>
-                <small class="muted number">{words.lines_found(String(pose.laser.n_segments))}</small>
+                <small class="muted number">
+                  {words.lines_found(String(pose.laser.n_segments))}
+                  {pose.laser.background && ` · ${words.ambient_subtracted}`}
+                </small>
               </div>
               {pose.laser.problem && <small class="bad">⚠ {pose.laser.problem}</small>}
             </li>

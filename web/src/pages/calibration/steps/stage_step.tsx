@@ -1,7 +1,7 @@
 /** Captures the board on the stage at several positions, and computes the calibration. */
 
 import { useSignal } from "@preact/signals";
-import { useMemo, useRef } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
@@ -15,6 +15,7 @@ import { decimal } from "../../../units";
 import { AxisView } from "../details/axis_view";
 import { useCalibration } from "../details/details";
 import { StageView } from "../details/stage_view";
+import { ExposuresCard } from "../exposures/exposures_card";
 import { placeBoard, StageOperatorPanel } from "../session/operator_panel";
 import type { Change } from "../session/session_change";
 import { SessionImage } from "../session/session_image";
@@ -39,6 +40,7 @@ export function StageStep(properties: StepProperties) {
         <CaptureViews session={session} change={change} />
         <StageOperatorPanel />
       </div>
+      <ExposuresCard session={session} change={change} hint={words.exposures_next} />
       <ViewsList session={session} change={change} />
       <Solve {...properties} />
       {calibration_id && <StageResult id={calibration_id} />}
@@ -76,12 +78,10 @@ function CaptureViews({ session, change }: Properties) {
   const rotary = station.rotary.value;
   const places = rotary ? ANGLES_DEG : POSITIONS_MM;
   const form = useForm();
-  const changes = useRef(change);
-  changes.current = change;
   const captureAt = async (at: number) => {
     const body = station.rotary.peek() ? { angle_deg: at } : { position_mm: at };
     await control.ensure();
-    return await changes.current((if_match) => {
+    return await change((if_match) => {
       const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
       const params = { path: { id: session.id }, header };
       return data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body }));
@@ -92,7 +92,7 @@ function CaptureViews({ session, change }: Properties) {
       new Command(async () => {
         await captureAt(typed.peek() ?? 0);
       }),
-    [session.id],
+    [session.id, change],
   );
   const all = useMemo(
     () =>
@@ -104,7 +104,7 @@ function CaptureViews({ session, change }: Properties) {
         }
         if (station.simulated.peek() === "twin") await placeBoard(app, { place: "away" });
       }),
-    [session.id],
+    [session.id, change],
   );
   const travel = station.travel.value;
   const halted = useHalted();
@@ -163,17 +163,15 @@ function View({ view, session, change }: Properties & { view: Schemas["SessionSt
     view.angle_deg != null
       ? `${decimal(view.angle_deg, 2, language.value)}°`
       : `${decimal(view.position_mm, 3, language.value)} mm`;
-  const changes = useRef(change);
-  changes.current = change;
   const remove = useMemo(
     () =>
       new Command(async () => {
-        await changes.current((if_match) => {
+        await change((if_match) => {
           const params = { path: { id: session.id, view_id: view.id }, header: { "If-Match": if_match } };
           return data(api.DELETE("/api/v1/calibration-sessions/{id}/stage-views/{view_id}", { params }));
         });
       }),
-    [api, session.id, view.id],
+    [api, session.id, view.id, change],
   );
   return (
     <li class="pose" data-view={view.id}>

@@ -27,7 +27,7 @@ export interface StepProperties {
   /** The calibration created by the job. */
   calibration_id: string | undefined;
   verifications: readonly Verification[];
-  /** Changes the session unless someone else has changed it in the meantime. */
+  /** Changes the session unless someone else has changed it in the meantime; always the same function. */
   change: Change;
   reload: () => Promise<void>;
 }

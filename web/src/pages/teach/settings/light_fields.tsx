@@ -1,7 +1,9 @@
 /** Exposures, laser power, ambient light, and what is saved of the images. */
 
 import type { ComponentChildren } from "preact";
+import { Check } from "../../../components/fields/check";
 import type { Form } from "../../../components/fields/form";
+import { AmbientLevelsField, LaserPowerField } from "../../../components/fields/light_fields";
 import { NumberField } from "../../../components/fields/number_field";
 import { text } from "../../../text";
 import { EXPOSURE_COUNTS } from "../../scan/acquisition";
@@ -19,16 +21,11 @@ export function LightFields({ settings, form }: Properties) {
   return (
     <>
       <Exposures settings={settings} form={form}>
-        <NumberField
+        <LaserPowerField
           form={form}
-          label={words.laser_power}
-          unit="%"
           optional
-          min={0.1}
-          max={100}
-          placeholder="100"
-          value={laser_power === undefined ? undefined : percent(laser_power)}
-          onChange={(value) => settings.changeScan({ laser_power: value === undefined ? undefined : value / 100 })}
+          value={laser_power}
+          onChange={(laser_power) => settings.changeScan({ laser_power })}
         />
       </Exposures>
       <Check
@@ -49,11 +46,6 @@ export function LightFields({ settings, form }: Properties) {
       />
     </>
   );
-}
-
-/** A fraction in percent, without the last digits that multiplication adds. */
-function percent(fraction: number): number {
-  return Number((100 * fraction).toFixed(6));
 }
 
 function Exposures({ settings, form, children }: Properties & { children: ComponentChildren }) {
@@ -117,32 +109,12 @@ function Ambient({ settings, form }: Properties) {
           onChange={(value) => settings.changeScan({ background: { ...background, every_rows: value ?? null } })}
         />
       )}
-      <NumberField
+      <AmbientLevelsField
         form={form}
-        label={words.ambient_levels}
-        unit={words.levels_unit}
         optional
-        min={0}
-        max={255}
-        placeholder={words.always}
         value={above_levels ?? undefined}
         onChange={(value) => settings.changeScan({ background: { ...background, above_levels: value ?? null } })}
       />
     </div>
-  );
-}
-
-interface CheckProperties {
-  label: string;
-  checked: boolean;
-  onChange: (checked: boolean) => void;
-}
-
-function Check({ label, checked, onChange }: CheckProperties) {
-  return (
-    <label class="check">
-      <input type="checkbox" checked={checked} onChange={(event) => onChange(event.currentTarget.checked)} />
-      {label}
-    </label>
   );
 }
