@@ -44,8 +44,9 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
         (text, json)
     };
     if cloud_format != CloudFormat::E57 && args.mesh.is_none() && args.report.is_none() {
-        let written = write_scan_cloud(&args.output, cloud_format, &evaluation, |_| Ok::<(), Failure>(()));
-        let (text, json) = output(&evaluation.report, written?);
+        let nothing_else = |_: &[_]| Ok::<(), Failure>(());
+        let written = write_scan_cloud(&args.output, cloud_format, &evaluation, 0, nothing_else);
+        let (text, json) = output(&evaluation.report, written?.median_sigma_mm);
         return Ok(Answer::done(text, json));
     }
     let result = collected(evaluation)?;

@@ -29,5 +29,6 @@ pub use progress::{Reporter, Task};
 pub use provenance::extract;
 pub use refusal::{failure_of, unusable_document};
 pub use scan::{
-    check_camera, collected, evaluated_scan, median_mm, scan_capture, write_capture_peaks, write_scan_cloud,
+    WrittenCloud, check_camera, collected, evaluated_scan, median_mm, scan_capture, write_capture_peaks,
+    write_scan_cloud,
 };

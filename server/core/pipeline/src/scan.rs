@@ -109,23 +109,37 @@ pub fn collected(evaluation: Evaluation) -> Result<ScanResult, Failure> {
     Ok(ScanResult { cloud: Cloud { points, comments: evaluation.comments }, report: evaluation.report })
 }
 
-/// Writes the points of a scan to `path` as they are computed, and passes them to `also`. Returns their median σ, mm.
+/// A cloud that was written.
+pub struct WrittenCloud {
+    /// Median σ of its points.
+    pub median_sigma_mm: f64,
+    /// Its points, unless they are too many to be kept.
+    pub points: Option<Vec<CloudPoint>>,
+}
+
+/// Writes the points of a scan to `path` as they are computed, and passes them to `also`; at most `keep_points` are
+/// also kept in memory.
 pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
     path: &Path,
     format: CloudFormat,
     evaluation: &Evaluation,
+    keep_points: usize,
     mut also: impl FnMut(&[CloudPoint]) -> Result<(), E>,
-) -> Result<f64, E> {
+) -> Result<WrittenCloud, E> {
     let n_points = evaluation.report.n_points;
+    let mut kept = (n_points <= keep_points).then(|| Vec::with_capacity(n_points));
     let mut sigmas_mm: Vec<f32> = Vec::with_capacity(n_points);
     write_cloud_in_pieces(path, format, &evaluation.comments, n_points, |add| {
         evaluation.for_each_frame(|points| -> Result<(), E> {
             sigmas_mm.extend(points.iter().map(|point| point.sigma_mm));
+            if let Some(kept) = &mut kept {
+                kept.extend_from_slice(points);
+            }
             also(points)?;
             add(points)
         })
     })?;
-    Ok(median_mm(sigmas_mm))
+    Ok(WrittenCloud { median_sigma_mm: median_mm(sigmas_mm), points: kept })
 }
 
 /// Evaluates a scan without computing its points: they are computed frame by frame, and need not be in memory

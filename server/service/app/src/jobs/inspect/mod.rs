@@ -8,6 +8,7 @@ mod tests;
 use std::time::Instant;
 
 use metrology::PlanResult;
+use scanning::Cloud;
 use serde_json::json;
 use store::{ResultRef, ScanRecord};
 
@@ -20,7 +21,6 @@ use crate::resources::inspections::{inspection_changes, judged, new_inspection, 
 use crate::resources::models::models_of;
 use crate::resources::recipes::{RecipeVersion, stored_version};
 use crate::resources::scan_run::{ScanPurpose, ScanSettings};
-use crate::resources::stored_scan::stored_cloud;
 
 pub use re_evaluate::run as re_evaluate;
 pub(crate) use re_evaluate::without_scan;
@@ -59,8 +59,9 @@ fn inspected(
         return Err(JobEnd::CancelledAfter(Box::new(measured.done())));
     }
     let began = Instant::now();
+    let cloud = measured.made.cloud(ctx)?;
     let scan = &measured.made.record;
-    let result = result_on(version, scan, ctx)?;
+    let result = result_on(version, scan, &cloud, ctx)?;
     let (record, mut body) = new_inspection(&input.part, version, scan, &result, (&ctx.id, simulated));
     body.violated_rules = ctx.wait(newly_violated(ctx.catalogue.read(), &record, &body))?;
     let timing = &mut measured.made.record.report[TIMING];
@@ -73,14 +74,18 @@ fn inspected(
     Ok(done)
 }
 
-/// Measures the plan of a recipe on the stored cloud of a scan.
-fn result_on(version: &RecipeVersion, scan: &ScanRecord, ctx: &ComputeContext) -> Result<PlanResult, JobEnd> {
+/// Measures the plan of a recipe on the cloud of a scan.
+fn result_on(
+    version: &RecipeVersion,
+    scan: &ScanRecord,
+    cloud: &Cloud,
+    ctx: &ComputeContext,
+) -> Result<PlanResult, JobEnd> {
     let plan = &version.recipe.plan;
     ctx.report(1.0, Phase::Measuring.counted(0, plan.characteristics.len()), "measuring");
     let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, Some(&scan.calibration_id)))?;
-    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, scan))?;
     let models = ctx.wait(models_of(&*ctx.artifacts, plan))?;
-    Ok(judged(plan, scan, &cloud, &document.calibration(), &models)?)
+    Ok(judged(plan, scan, cloud, &document.calibration(), &models)?)
 }
 
 fn message(version: &RecipeVersion, result: &PlanResult) -> String {

@@ -10,6 +10,7 @@ use crate::resources::inspections::{
     InspectedPart, InspectionBody, changed_verdicts, inspection_changes, new_inspection,
 };
 use crate::resources::recipes::{RecipeVersion, stored_version};
+use crate::resources::stored_scan::stored_cloud;
 
 /// Measures the stored scan and stores a new inspection. With another calibration than that of the scan, the points are
 /// triangulated again from the stored centrelines, which gives a new scan.
@@ -43,7 +44,8 @@ impl ReEvaluation<'_> {
     /// Measures the scan; the new inspection refers to the earlier one.
     fn done(&self, scan: &ScanRecord, ctx: &ComputeContext) -> Result<Done, JobEnd> {
         let Self { earlier, before, version } = self;
-        let result = result_on(version, scan, ctx)?;
+        let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, scan))?;
+        let result = result_on(version, scan, &cloud, ctx)?;
         let part = InspectedPart {
             serial: earlier.serial.clone(),
             order: earlier.order_number.clone(),

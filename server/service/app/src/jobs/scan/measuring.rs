@@ -12,7 +12,6 @@ use crate::jobs::{ComputeContext, Done, JobEnd};
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::{planned_measurements, verdict_of};
 use crate::resources::measurements::{changes, planned_measurement};
-use crate::resources::stored_scan::stored_cloud;
 
 /// A scan with the measurements of its plan.
 pub struct Measured {
@@ -36,7 +35,7 @@ pub fn measured(mut made: MadeScan, ctx: &ComputeContext) -> Result<Measured, Jo
     ctx.report(from, Phase::Measuring.counted(0, planned.len()), "measuring");
     let id = Some(made.record.calibration_id.as_str());
     let calibration = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, id))?.calibration();
-    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
+    let cloud = made.cloud(ctx)?;
     for (done, input) in planned.iter().enumerate() {
         if ctx.cancel.is_cancelled() {
             let unmeasured = Measured { made, measurements: Vec::new() };

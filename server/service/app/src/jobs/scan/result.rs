@@ -12,7 +12,7 @@ use calibration::CalibrationDocument;
 use live::points::display_point_of_cloud;
 use live::protocol::points::encode_block;
 use scanning::files::peaks::PeaksFile;
-use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
+use scanning::{Cloud, CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{ArtifactId, Change, FinishedFile, ScanRecord, ScanState};
@@ -24,8 +24,9 @@ use crate::jobs::progress::Phase;
 use crate::jobs::scan::counted::CountedFrames;
 use crate::jobs::scan::watched::Watched;
 use crate::jobs::{ComputeContext, JobEnd};
+use crate::resources::stored_scan::stored_cloud;
 use crate::resources::watches::why_invalid;
-use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
+use pipeline::{WrittenCloud, check_camera, evaluated_scan, write_scan_cloud};
 use report::tables::scan_json;
 
 /// Checks that the frames match the calibrated camera.
@@ -74,7 +75,12 @@ pub struct MadeScan {
     pub done_at: f64,
     /// Its id, if its work folder is kept until the record is stored.
     pub work_of: Option<String>,
+    /// Its points, if they are few enough to be kept for the measurements.
+    cloud: Option<Cloud>,
 }
+
+/// Points that are kept in memory for the measurements, 110 MB: as many as the evaluation keeps.
+const KEPT_POINTS: usize = 2_000_000;
 
 /// How the evaluation of a scan reports its progress.
 pub struct Evaluating {
@@ -119,7 +125,7 @@ pub fn made_scan(
     stage.store(1, Ordering::Relaxed);
     on_read(counted.n_read());
     ctx.check_cancelled()?;
-    let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
+    let mut kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
     let n_points = evaluation.report.n_points;
     let (replaces, mut also) = (story.replaces, story.also.clone());
@@ -134,9 +140,11 @@ pub fn made_scan(
     report["n_frames"] = json!(n_frames);
     report[TIMING] = json!({ "n_frames": n_frames, "frames_read": counted.n_read(),
         "evaluation_s": began.elapsed().as_secs_f64() });
+    let points = kept.points.take();
+    let cloud = points.map(|points| Cloud { points, comments: std::mem::take(&mut evaluation.comments) });
     let record = record(ctx, story, document, report, kept);
     also.extend(watched.remembered(ctx, &record)?);
-    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work_of: None })
+    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work_of: None, cloud })
 }
 
 /// The stored artifacts of a cloud.
@@ -144,6 +152,7 @@ struct KeptCloud {
     cloud: ArtifactId,
     display: ArtifactId,
     median_sigma_mm: f64,
+    points: Option<Vec<CloudPoint>>,
 }
 
 impl KeptCloud {
@@ -163,7 +172,8 @@ impl KeptCloud {
         let show = |points: &[CloudPoint]| -> Result<(), JobEnd> {
             Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
         };
-        let median_sigma_mm = write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, show)?;
+        let WrittenCloud { median_sigma_mm, points } =
+            write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, KEPT_POINTS, show)?;
         let cloud = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&cloud)))?;
         let display = match (display, &story.display) {
             (_, Some(shown)) => shown.clone(),
@@ -172,7 +182,7 @@ impl KeptCloud {
                 ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&blocks)))?
             }
         };
-        Ok(Self { cloud, display, median_sigma_mm })
+        Ok(Self { cloud, display, median_sigma_mm, points })
     }
 }
 
@@ -241,6 +251,14 @@ impl MadeScan {
             ScanState::Invalid => &format!("; the scan is invalid: {}", why_invalid(&self.record)),
         };
         format!("{} points from {} frames{worth}", self.n_points, self.n_frames)
+    }
+
+    /// Its cloud, for the measurements: from memory, or read again if it is large.
+    pub fn cloud(&mut self, ctx: &ComputeContext) -> Result<Cloud, JobEnd> {
+        match self.cloud.take() {
+            Some(cloud) => Ok(cloud),
+            None => Ok(ctx.wait(stored_cloud(&*ctx.artifacts, &self.record))?),
+        }
     }
 
     /// The changes that store the record.
