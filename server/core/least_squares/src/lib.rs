@@ -70,7 +70,7 @@ impl Termination {
             Self::Gradient => "gradient",
             Self::Step => "step",
             Self::Cost => "cost",
-            Self::NotConverged => "stuck",
+            Self::NotConverged => "not_converged",
         }
     }
 

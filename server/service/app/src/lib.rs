@@ -94,5 +94,5 @@ pub struct App {
 
 /// SHA-256, hexadecimal.
 pub fn hash_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hex::encode(Sha256::digest(bytes))
 }

@@ -35,6 +35,7 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 32] = [
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
+            "sheaf-statistics",
             "sheaf-remedy",
         ],
     ),

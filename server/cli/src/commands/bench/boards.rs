@@ -25,9 +25,9 @@ pub fn corners(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
     on_one_thread(|| {
         let boards = boards(args, &images)?;
         let rotation = (0..args.passes.max(1)).flat_map(|_| &images);
-        let mut times: Vec<Duration> =
+        let times: Vec<Duration> =
             rotation.map(|image| timed(|| find_corners(black_box(image), &params))).collect();
-        let median_ms = median_ms(&mut times);
+        let median_ms = median_ms(&times);
         let n_corners: usize = boards.iter().map(|board| board.corners.len()).sum();
         let (width, height) = (images[0].width(), images[0].height());
         let text = format!(
@@ -115,7 +115,7 @@ fn timed<R>(work: impl FnOnce() -> R) -> Duration {
 }
 
 fn median_of<R>(passes: std::ops::Range<usize>, work: impl Fn() -> R) -> f64 {
-    median_ms(&mut passes.map(|_| timed(&work)).collect::<Vec<Duration>>())
+    median_ms(&passes.map(|_| timed(&work)).collect::<Vec<Duration>>())
 }
 
 fn on_one_thread<R: Send>(work: impl FnOnce() -> Result<R, Failure> + Send) -> Result<R, Failure> {

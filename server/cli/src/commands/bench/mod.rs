@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use capture::read_grey_image;
 use rayon::prelude::*;
 use serde_json::json;
+use statistics::median;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::answer::output::{create_folder, file_names_after, write_file};
@@ -50,15 +51,15 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &dyn Reporter) -> Result<A
         let params = &params;
         move |image: &GreyImage| extractor.find(image, params, black_box(&mut found))
     };
-    let read_ms = median_ms(&mut timed(&frames, n_passes, sum_of_levels));
+    let read_ms = median_ms(&timed(&frames, n_passes, sum_of_levels));
     let median_ms = match args.threads {
         0 => {
             return Err(
                 Failure::new(FailureKind::BadParameter, "--threads must be at least 1").remedy("give 1 or more")
             );
         }
-        1 => median_ms(&mut timed(&frames, n_passes, finder())),
-        n => median_ms(&mut timed_rotations(&frames, n_passes, n, finder)?),
+        1 => median_ms(&timed(&frames, n_passes, finder())),
+        n => median_ms(&timed_rotations(&frames, n_passes, n, finder)?),
     };
     let found: Vec<Centrelines> = frames.iter().map(|image| find_centrelines(image, &params)).collect();
     if let Some(folder) = &args.points {
@@ -154,9 +155,9 @@ fn timed_rotations<W: FnMut(&GreyImage) + Send>(
 }
 
 /// Median in milliseconds.
-pub fn median_ms(times: &mut [Duration]) -> f64 {
-    let middle = times.len() / 2;
-    times.select_nth_unstable(middle).1.as_secs_f64() * 1e3
+pub fn median_ms(times: &[Duration]) -> f64 {
+    let mut times_ms: Vec<f64> = times.iter().map(|time| time.as_secs_f64() * 1e3).collect();
+    median(&mut times_ms).unwrap_or(f64::NAN)
 }
 
 /// Reads every byte of a frame, eight at a time.

@@ -8,6 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use optics::{Hits, Triangulator};
 use scanning::{Profile, label_frame};
 use serde_json::json;
+use statistics::median;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::arguments::BenchProfilesArgs;
@@ -36,7 +37,7 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     let n_passes = args.timed.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
     let (mut extractor, mut found) = (CentrelineExtractor::default(), Centrelines::default());
     let lines_ms =
-        median_ms(&mut timed(&frames, n_passes, |image| extractor.find(image, &params, black_box(&mut found))));
+        median_ms(&timed(&frames, n_passes, |image| extractor.find(image, &params, black_box(&mut found))));
     let mut lines = vec![Centrelines::default(); frames.len()];
     for (image, lines) in frames.iter().zip(&mut lines) {
         extractor.find(image, &params, lines);
@@ -46,7 +47,7 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
         black_box(&mut profile).fill(lines, &triangulator, calibration.depth_range_mm);
         profile.points.len()
     };
-    let label_ms = median_ms(&mut timed(&lines, n_passes, label));
+    let label_ms = median_ms(&timed(&lines, n_passes, label));
     let labelled = |lines: &Centrelines| label_frame(lines, &triangulator, calibration.depth_range_mm);
     let profiles: Vec<Profile> = lines.iter().map(labelled).collect();
     let n_points = profiles.iter().map(|profile| profile.points.len()).sum::<usize>();
@@ -93,6 +94,5 @@ fn triangulation(profiles: &[Profile], triangulator: &Triangulator, n_passes: us
             }
         }
     }
-    times.sort_by(f64::total_cmp);
-    (times.get(times.len() / 2).copied().unwrap_or(f64::NAN), 1e3 * largest_mm)
+    (median(&mut times).unwrap_or(f64::NAN), 1e3 * largest_mm)
 }

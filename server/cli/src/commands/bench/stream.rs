@@ -16,6 +16,7 @@ use optics::{PointMm, StagePosition};
 use scanning::synthetic::SyntheticScan;
 use scanning::{Profile, ProfilePoint};
 use serde_json::json;
+use statistics::median;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpListener;
 use vision::CentrelinePoint;
@@ -55,13 +56,11 @@ pub fn stream(args: &BenchStreamArgs, reporter: &dyn Reporter) -> Result<Answer,
             let bare_s = round(served.bare, Viewer::connect)?;
             speeds.push([mb / streamed_s, mb / bare_s]);
         }
-        let median = |of: &dyn Fn(&[f64; 2]) -> f64| {
-            let mut values: Vec<f64> = speeds.iter().map(of).collect();
-            values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
+        let middle = |of: fn(&[f64; 2]) -> f64| {
+            median(&mut speeds.iter().map(of).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
         };
         let (stream, bare, ratio) =
-            (median(&|speed| speed[0]), median(&|speed| speed[1]), median(&|speed| speed[0] / speed[1]));
+            (middle(|speed| speed[0]), middle(|speed| speed[1]), middle(|speed| speed[0] / speed[1]));
         let _ = writeln!(
             text,
             "{n_viewers} viewers, messages of {} bytes: {stream:.0} MB/s with the stream, {bare:.0} MB/s with bare TCP; ratio {ratio:.2}",

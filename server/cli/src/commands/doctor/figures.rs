@@ -2,6 +2,7 @@
 
 use calibration::BoardGeometry;
 use nalgebra::Vector2;
+use statistics::median;
 use vision::{BoardCorners, DarkFrameAccumulator, GreyImage};
 
 /// Frame rate and jitter of a free run.
@@ -19,8 +20,7 @@ pub struct Rate {
 /// `None` with fewer than three frames, or if the median interval is not positive.
 pub fn rate(times_s: &[f64]) -> Option<Rate> {
     let mut intervals: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    intervals.sort_by(f64::total_cmp);
-    let period = *intervals.get(intervals.len() / 2)?;
+    let period = median(&mut intervals)?;
     if times_s.len() < 3 || period <= 0.0 {
         return None;
     }

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use devices::CameraRequest;
 use station::{LaserLight, SharedFrame, StationLease, StationRefusal};
+use statistics::median;
 use vision::{CentrelineParams, CentrelinePoint, LineDirection, find_centrelines};
 
 use super::check::{Check, Outcome};
@@ -182,8 +183,7 @@ fn linearity(full: &Shot, shorter: &[Shot], pixels: &[(usize, usize)]) -> Check 
 
 fn width(points: &[CentrelinePoint]) -> Check {
     let mut widths: Vec<f64> = points.iter().map(|point| f64::from(point.width_px)).collect();
-    widths.sort_by(f64::total_cmp);
-    let median = widths.get(widths.len() / 2).copied().unwrap_or(0.0);
+    let median = median(&mut widths).unwrap_or(0.0);
     let (least, most) = LINE_WIDTH_PX;
     Check::measured("line width", (least..=most).contains(&median), (median, "px"), format!("{median:.1} px"))
         .limit(format!("{least}–{most} px"))

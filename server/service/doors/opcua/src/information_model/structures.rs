@@ -73,7 +73,9 @@ impl Structures {
     /// An id with optional version and SHA-256, hexadecimal.
     pub fn binary_id(&self, number: u32, id: &str, version: Option<i64>, digest: Option<&str>) -> Variant {
         let version = version.map_or(Variant::Empty, |version| version.to_string().into());
-        let hash = digest.and_then(bytes_of_hex).map_or(Variant::Empty, |bytes| Variant::ByteString(bytes.into()));
+        let hash = digest
+            .and_then(|digest| hex::decode(digest).ok())
+            .map_or(Variant::Empty, |bytes| Variant::ByteString(bytes.into()));
         let algorithm = if hash == Variant::Empty { Variant::Empty } else { "SHA-256".into() };
         self.make(number, vec![id.into(), version, hash, algorithm, Variant::Empty])
     }
@@ -98,12 +100,6 @@ pub fn array(structures: Vec<Variant>) -> Variant {
 /// An array of texts.
 pub fn texts<'a>(all: impl Iterator<Item = &'a str>) -> Variant {
     Variant::from(all.map(UAString::from).collect::<Vec<_>>())
-}
-
-fn bytes_of_hex(digest: &str) -> Option<Vec<u8>> {
-    let pair = |at: usize| digest.get(at..at + 2).and_then(|pair| u8::from_str_radix(pair, 16).ok());
-    let bytes: Option<Vec<u8>> = (0..digest.len()).step_by(2).map(pair).collect();
-    bytes.filter(|bytes| !bytes.is_empty())
 }
 
 fn parents(space: &AddressSpace, namespace: u16) -> ParentIds {
