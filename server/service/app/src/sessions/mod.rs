@@ -24,7 +24,7 @@ use optics::{StageKind, StagePosition};
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
-use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
+use store::{Artifacts, Change, DamagedRow, FinishedFile, Listed, Page, SessionRecord, StoreError};
 
 use crate::access::principal::Principal;
 use crate::config::AppConfig;
@@ -120,7 +120,8 @@ impl Sessions {
         }
     }
 
-    /// Defaults of a new session: the configured board and projector, and the exposures of the newest session.
+    /// Defaults of a new session: the configured board and projector, and the exposures of the newest session, if it can
+    /// be read.
     pub async fn defaults(&self) -> Result<SessionDefaults, AppError> {
         let newest = self.list(&Page { before: None, limit: 1 }).await?.records.pop();
         Ok(SessionDefaults {
@@ -174,11 +175,18 @@ impl Sessions {
         self.catalogue.read().session(id).await?.try_into()
     }
 
-    /// Sessions, newest first.
+    /// Sessions, newest first; those that cannot be read count as damaged.
     pub async fn list(&self, page: &Page) -> Result<Listed<Session>, AppError> {
-        let Listed { records, damaged, next } = self.catalogue.read().sessions(page).await?;
-        let records = records.into_iter().map(Session::try_from).collect::<Result<_, _>>()?;
-        Ok(Listed { records, damaged, next })
+        let Listed { records, mut damaged, next } = self.catalogue.read().sessions(page).await?;
+        let mut readable = Vec::with_capacity(records.len());
+        for record in records {
+            let id = record.id.clone();
+            match Session::try_from(record) {
+                Ok(session) => readable.push(session),
+                Err(_) => damaged.push(DamagedRow { kind: "session", id }),
+            }
+        }
+        Ok(Listed { records: readable, damaged, next })
     }
 
     /// Detects the board in the newest frame of a running live view, else in a single frame; the session is not changed.
@@ -378,7 +386,11 @@ impl Sessions {
         let epoch = self.station.stop_epoch();
         let purpose = Purpose { job_id: id.to_owned(), activity: activity.to_owned(), epoch };
         let lease: StationLease = self.station.lease(purpose)?;
-        Ok(ImageCapture::new(lease, CancelFlag::default(), body.exposures))
+        // A laser that cannot be switched off would be subtracted from its own lines.
+        let is_switched = self.station.status().laser.capabilities.switched;
+        let background_above_levels = body.exposures.background_above_levels.filter(|_| is_switched);
+        let exposures = Exposures { background_above_levels, ..body.exposures };
+        Ok(ImageCapture::new(lease, CancelFlag::default(), exposures))
     }
 
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardImage, AppError> {

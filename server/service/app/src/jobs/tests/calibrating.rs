@@ -320,6 +320,21 @@ async fn a_laser_off_image_is_not_subtracted_in_the_dark_nor_from_another_scene(
     assert_eq!(refused.pointer.as_deref(), Some("/exposures/background_above_levels"));
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_that_cannot_be_read_is_listed_as_damaged_and_prevents_no_new_one() {
+    let bench = Bench::new(&small()).await;
+    let sessions = sessions_of(&bench);
+    let body = serde_json::json!({ "name": 1 });
+    let unreadable =
+        store::SessionRecord { id: "u".to_owned(), version: 1, body, created_at_ms: 1, changed_at_ms: 1 };
+    bench.parts.catalogue.commit(vec![store::Change::InsertSession(unreadable)]).await.unwrap();
+    let created = sessions.create(&by(), NewSession::default()).await.unwrap();
+    assert_eq!(created.body.exposures, Exposures::default());
+    let listed = sessions.list(&store::Page { before: None, limit: 10 }).await.unwrap();
+    assert_eq!((listed.records.len(), listed.damaged.len()), (1, 1));
+    assert_eq!((listed.damaged[0].kind, listed.damaged[0].id.as_str()), ("session", "u"));
+}
+
 /// Direction and position of the axis are within 4 σ of the truth.
 fn check_axis(bench: &Bench, calibration: &Calibration) {
     let found = calibration.stage.unwrap().rotary().unwrap();
