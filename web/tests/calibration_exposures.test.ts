@@ -235,7 +235,7 @@ test("a change that arrives while the live view starts is not lost", async () =>
   expect(camera_us).toBe(9000);
 });
 
-test("the live view of somebody else keeps its exposure; one that nobody controls is taken", async () => {
+test("someone else's live view keeps its exposure; control of one without a holder is taken", async () => {
   const theirs = station(false, "Ben");
   theirs.state.value = LIVE;
   await theirs.board.takeIfFree();

@@ -12,6 +12,7 @@ use calibration::CalibrationDocument;
 use live::points::display_point_of_cloud;
 use live::protocol::points::encode_block;
 use scanning::files::peaks::PeaksFile;
+use scanning::params::KEPT_POINTS;
 use scanning::{Cloud, CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
@@ -78,9 +79,6 @@ pub struct MadeScan {
     /// Its points, if they are few enough to be kept for the measurements.
     cloud: Option<Cloud>,
 }
-
-/// Points that are kept in memory for the measurements, 110 MB: as many as the evaluation keeps.
-const KEPT_POINTS: usize = 2_000_000;
 
 /// How the evaluation of a scan reports its progress.
 pub struct Evaluating {
@@ -172,6 +170,7 @@ impl KeptCloud {
         let show = |points: &[CloudPoint]| -> Result<(), JobEnd> {
             Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
         };
+        // As many points are kept for the measurements as by the evaluation: 110 MB.
         let WrittenCloud { median_sigma_mm, points } =
             write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, KEPT_POINTS, show)?;
         let cloud = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&cloud)))?;
