@@ -2,10 +2,10 @@
 
 import type { ComponentChildren, TargetedEvent } from "preact";
 import { useId } from "preact/hooks";
-import { replaceQuery } from "../../state/browser/route";
+import { replaceQuery, route } from "../../state/browser/route";
 import { OUTCOME_SYMBOL, VERDICTS } from "../../state/records/outcome";
 import { text } from "../../text";
-import { exportHref, type InspectionFilter, queryOf } from "./filter";
+import { exportHref, filterOf, type InspectionFilter, queryOf } from "./filter";
 
 /** Properties common to the fields. */
 interface Typed {
@@ -24,7 +24,7 @@ export function FilterBar({ filter, n_read, has_older }: Properties) {
   const words = text.value.inspections;
   const id = useId();
   const change = (part: Partial<InspectionFilter>) =>
-    replaceQuery("inspections", undefined, queryOf({ ...filter, ...part }));
+    replaceQuery("inspections", undefined, queryOf({ ...filterOf(route.value.query), ...part }));
   const typed = (name: keyof InspectionFilter, label: string, field: (properties: Typed) => ComponentChildren) => (
     <div class="field">
       <label for={`${id}-${name}`}>{label}</label>

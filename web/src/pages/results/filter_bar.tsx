@@ -2,10 +2,10 @@
 
 import { useId } from "preact/hooks";
 import { selected } from "../../components/fields/selected";
-import { replaceQuery } from "../../state/browser/route";
+import { replaceQuery, route } from "../../state/browser/route";
 import { OUTCOMES } from "../../state/records/outcome";
 import { text } from "../../text";
-import { queryOf, type ResultFilter } from "./filter";
+import { filterOf, queryOf, type ResultFilter } from "./filter";
 
 interface Properties {
   filter: ResultFilter;
@@ -18,7 +18,7 @@ export function FilterBar({ filter, n_read, has_older }: Properties) {
   const words = text.value.results;
   const id = useId();
   const change = (part: Partial<ResultFilter>) =>
-    replaceQuery("results", undefined, queryOf({ ...filter, ...part }));
+    replaceQuery("results", undefined, queryOf({ ...filterOf(route.value.query), ...part }));
   const any = Object.keys(queryOf(filter)).length > 0;
   return (
     <search class="card row end filter-bar">

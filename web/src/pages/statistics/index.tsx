@@ -45,7 +45,7 @@ function OfRecipe({ recipe }: { recipe: Schemas["NewestRecipeDto"] }) {
   const words = text.value.statistics;
   const selection = selectionOf(route.value.query);
   const change = (part: Partial<Selection>) =>
-    replaceQuery("statistics", recipe.id, queryOf({ ...selection, ...part }));
+    replaceQuery("statistics", recipe.id, queryOf({ ...selectionOf(route.value.query), ...part }));
   const shown = selection.characteristic || (recipe.recipe.plan.characteristics[0]?.id ?? "");
   const path = { id: recipe.id, characteristic: shown };
   const query = seriesQuery(selection);

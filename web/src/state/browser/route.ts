@@ -71,10 +71,12 @@ export function goTo(page: PageName, id?: string, query?: Record<string, string>
   location.hash = href(page, id, query);
 }
 
-/** Replaces the query without a new history entry. */
+/** Replaces the query without a new history entry; at once, so that the next change starts from this one. */
 export function replaceQuery(page: PageName, id: string | undefined, query: Record<string, string>): void {
   const hash = Object.keys(query).length > 0 ? href(page, id, query) : href(page, id);
-  if (hash !== location.hash) location.replace(hash);
+  if (hash === location.hash) return;
+  location.replace(hash);
+  route.value = parseRoute(hash);
 }
 
 export function followRoute(): void {
