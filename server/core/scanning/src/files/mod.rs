@@ -189,7 +189,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud, FileError> {
     let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
     let content = match format {
         CloudFormat::E57 => e57::read(BufReader::new(file)),
-        _ => read_cloud_from(BufReader::new(file), format),
+        _ => read_cloud_from(&mut BufReader::new(file), format),
     };
     content.map_err(|error| FileError::reading(path, error))
 }
@@ -198,7 +198,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud, FileError> {
 ///
 /// # Errors
 /// As [`read_cloud`], without the path.
-pub fn read_cloud_from(mut input: impl BufRead, format: CloudFormat) -> Result<Cloud, ContentError> {
+pub fn read_cloud_from(input: &mut dyn BufRead, format: CloudFormat) -> Result<Cloud, ContentError> {
     match format {
         CloudFormat::Ply => ply::read_cloud(input),
         CloudFormat::Csv => csv::read(input),

@@ -38,7 +38,7 @@ fn bytes_of(format: CloudFormat, cloud: &Cloud) -> Vec<u8> {
 }
 
 fn problem_of(format: CloudFormat, bytes: &[u8]) -> String {
-    remedy::with_remedy(&read_cloud_from(Cursor::new(bytes), format).unwrap_err())
+    remedy::with_remedy(&read_cloud_from(&mut Cursor::new(bytes), format).unwrap_err())
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn ply_files_of_other_programs_are_read() {
         list uchar float view\r\nproperty float f\r\nelement vertex 2\r\nproperty float x\r\nproperty float y\r\n\
         property float z\r\nproperty uchar red\r\nproperty float scalar_intensity\r\nend_header\r\n\
         2 1.5 2.5 9\r\n1 2 3 255 7\r\n4 5 6 0 8.5\r\n";
-    let read = read_cloud_from(Cursor::new(ascii), CloudFormat::Ply).unwrap();
+    let read = read_cloud_from(&mut Cursor::new(ascii), CloudFormat::Ply).unwrap();
     assert_eq!(read.comments, ["made elsewhere"]);
     assert_eq!((read.points[1].x_mm, read.points[1].z_mm, read.points[1].intensity), (4.0, 6.0, 8.5));
     assert_eq!((read.points[1].order, read.points[1].sigma_mm), (0, 0.0));
@@ -100,7 +100,7 @@ fn ply_files_of_other_programs_are_read() {
     big.extend(1.5f32.to_be_bytes());
     big.extend(2.5f32.to_be_bytes());
     big.extend(400.25f64.to_be_bytes());
-    let read = read_cloud_from(Cursor::new(big), CloudFormat::Ply).unwrap();
+    let read = read_cloud_from(&mut Cursor::new(big), CloudFormat::Ply).unwrap();
     assert_eq!((read.points[0].x_mm, read.points[0].y_mm, read.points[0].z_mm), (1.5, 2.5, 400.25));
 }
 
@@ -121,7 +121,10 @@ fn a_truncated_file_is_an_error_and_not_a_shorter_cloud() {
     for format in [CloudFormat::Ply, CloudFormat::Pcd, CloudFormat::E57] {
         let bytes = bytes_of(format, &cloud());
         for keep in (0..bytes.len()).step_by(bytes.len() / 40) {
-            assert!(read_cloud_from(Cursor::new(&bytes[..keep]), format).is_err(), "{format:?} cut at {keep}");
+            assert!(
+                read_cloud_from(&mut Cursor::new(&bytes[..keep]), format).is_err(),
+                "{format:?} cut at {keep}"
+            );
         }
     }
 }
@@ -133,7 +136,7 @@ fn damaged_e57_bytes_are_an_error_and_not_a_panic() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x55;
         // The page checksum detects the flipped byte; only a byte outside every page could pass.
-        if let Ok(read) = read_cloud_from(Cursor::new(damaged), CloudFormat::E57) {
+        if let Ok(read) = read_cloud_from(&mut Cursor::new(damaged), CloudFormat::E57) {
             assert_eq!(read.points.len(), 50);
         }
     }

@@ -174,7 +174,7 @@ fn write(cloud: &ArtifactBytes, format: ExportFormat, target: &Path) -> Result<(
 }
 
 fn mesh_of(cloud: &ArtifactBytes) -> Result<Mesh, ContentError> {
-    let cloud = read_cloud_from(from_start(cloud), CloudFormat::Ply)?;
+    let cloud = read_cloud_from(&mut from_start(cloud), CloudFormat::Ply)?;
     Ok(mesh_from_cloud(&cloud, &MeshParams::default()))
 }
 

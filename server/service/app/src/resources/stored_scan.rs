@@ -23,7 +23,7 @@ pub fn new_id() -> String {
 /// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, AppError> {
     let bytes = stored_cloud_bytes(artifacts, scan).await?;
-    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(bytes), CloudFormat::Ply)).await
+    parsed(&scan.id, "cloud", move || read_cloud_from(&mut BufReader::new(bytes), CloudFormat::Ply)).await
 }
 
 /// The bytes of the cloud of a scan, a PLY file, checked.

@@ -119,7 +119,7 @@ fn an_export_is_computed_once_and_reads_back_as_the_cloud() {
         |format| bench.runtime.block_on(bytes_to_artifact(&bench.store.artifacts, &scan, format)).unwrap();
     assert_eq!(Some(export_of(ExportFormat::Cloud(CloudFormat::Ply))), scan.cloud);
     let read = |format, id: &store::ArtifactId| {
-        scanning::files::read_cloud_from(Cursor::new(bench.bytes(id)), format).unwrap()
+        scanning::files::read_cloud_from(&mut Cursor::new(bench.bytes(id)), format).unwrap()
     };
     let cloud = read(CloudFormat::Ply, scan.cloud.as_ref().unwrap());
     for format in [CloudFormat::Csv, CloudFormat::Pcd] {
