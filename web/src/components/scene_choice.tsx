@@ -6,7 +6,7 @@ import { useApp } from "../app";
 import { SCENES, type SceneName } from "../state/choices";
 import { Command } from "../state/station/command";
 import { text } from "../text";
-import { selected } from "./fields/selected";
+import { Choice } from "./fields/choice";
 import { useAutoReloaded } from "./loading/auto_reloaded";
 import { ProblemCard } from "./problem";
 
@@ -30,24 +30,16 @@ export function SceneChoice({ busy }: { busy: boolean }) {
   const known = SCENES.some((scene) => scene === current);
   return (
     <div class="stack scene-choice">
-      <label class="field">
-        <span>{scene_on_stage}</span>
-        <select
-          value={current}
-          disabled={busy || place.running}
-          onChange={(event) => {
-            const scene = selected(event, SCENES);
-            if (scene) void place.start(scene);
-          }}
-        >
-          {!known && <option value={current}>{scenes[current] ?? current}</option>}
-          {SCENES.map((scene) => (
-            <option key={scene} value={scene}>
-              {scenes[scene]}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={scene_on_stage}
+        value={current}
+        options={(known ? SCENES : [current, ...SCENES]).map((name) => [name, scenes[name] ?? name])}
+        disabled={busy || place.running}
+        onChange={(name) => {
+          const scene = SCENES.find((scene) => scene === name);
+          if (scene) void place.start(scene);
+        }}
+      />
       {state.value.problem && <ProblemCard problem={state.value.problem} />}
       {place.problem.value && <ProblemCard problem={place.problem.value} onDismiss={() => place.dismiss()} />}
     </div>

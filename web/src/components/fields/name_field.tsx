@@ -2,20 +2,17 @@
 
 import { useApp } from "../../app";
 import { text } from "../../text";
+import { TextField } from "./text_field";
 
 export function NameField() {
   const { control } = useApp();
   return (
-    <label class="field">
-      <span>{text.value.frame.your_name}</span>
-      <input
-        value={control.holder.value}
-        maxLength={60}
-        autocomplete="name"
-        onInput={(event) => {
-          control.holder.value = event.currentTarget.value;
-        }}
-      />
-    </label>
+    <TextField
+      label={text.value.frame.your_name}
+      value={control.holder.value}
+      maxLength={60}
+      autoComplete="name"
+      onChange={(name) => (control.holder.value = name)}
+    />
   );
 }

@@ -3,6 +3,7 @@
 import { useCallback, useEffect, useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
+import { Choice, storedOption } from "../../components/fields/choice";
 import { Show, useLoaded } from "../../components/loading/loading";
 import { ProblemCard } from "../../components/problem";
 import type { CloudViewer } from "../../scene/view/viewer";
@@ -75,17 +76,14 @@ function Comparison({ scans, first, second }: Properties) {
         </a>
       </header>
       <div class="row end">
-        <label class="field">
-          <span>{words.reference}</span>
-          <select value={first.id} onChange={(event) => change({ with: event.currentTarget.value })}>
-            {!scans.some(({ id }) => id === first.id) && <Choice scan={first} />}
-            {scans
-              .filter(({ id }) => id !== second.id)
-              .map((scan) => (
-                <Choice key={scan.id} scan={scan} />
-              ))}
-          </select>
-        </label>
+        <Choice
+          label={words.reference}
+          value={first.id}
+          options={[...(scans.some(({ id }) => id === first.id) ? [] : [first]), ...scans]
+            .filter(({ id }) => id !== second.id)
+            .map(storedOption)}
+          onChange={(id) => change({ with: id })}
+        />
         <fieldset class="segments" aria-label={words.as}>
           <button type="button" aria-pressed={!difference} onClick={() => change({ as: "side" })}>
             {words.side_by_side}
@@ -108,13 +106,5 @@ function Comparison({ scans, first, second }: Properties) {
         </figure>
       </div>
     </div>
-  );
-}
-
-function Choice({ scan }: { scan: Scan }) {
-  return (
-    <option value={scan.id}>
-      {scan.name} · {dateTime(scan.created_at_ms, language.value)}
-    </option>
   );
 }

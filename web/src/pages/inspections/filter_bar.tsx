@@ -1,18 +1,11 @@
 /** The filter of the list; text fields are applied on Enter or blur. */
 
-import type { ComponentChildren, TargetedEvent } from "preact";
-import { useId } from "preact/hooks";
+import { Choice } from "../../components/fields/choice";
+import { FilterField } from "../../components/fields/filter_field";
 import { replaceQuery, route } from "../../state/browser/route";
 import { OUTCOME_SYMBOL, VERDICTS } from "../../state/records/outcome";
 import { text } from "../../text";
 import { exportHref, filterOf, type InspectionFilter, queryOf } from "./filter";
-
-/** Properties common to the fields. */
-interface Typed {
-  id: string;
-  value: string;
-  onChange: (event: TargetedEvent<HTMLInputElement>) => void;
-}
 
 interface Properties {
   filter: InspectionFilter;
@@ -22,48 +15,26 @@ interface Properties {
 
 export function FilterBar({ filter, n_read, has_older }: Properties) {
   const words = text.value.inspections;
-  const id = useId();
   const change = (part: Partial<InspectionFilter>) =>
     replaceQuery("inspections", undefined, queryOf({ ...filterOf(route.value.query), ...part }));
-  const typed = (name: keyof InspectionFilter, label: string, field: (properties: Typed) => ComponentChildren) => (
-    <div class="field">
-      <label for={`${id}-${name}`}>{label}</label>
-      {field({
-        id: `${id}-${name}`,
-        value: filter[name],
-        onChange: (event) => change({ [name]: event.currentTarget.value.trim() }),
-      })}
-    </div>
-  );
+  const field = (name: keyof InspectionFilter) => ({
+    value: filter[name],
+    onChange: (value: string) => change({ [name]: value }),
+  });
   return (
     <search class="card row end filter-bar">
-      {typed("serial", words.serial, (field) => (
-        <input type="search" placeholder={words.serial_hint} spellcheck={false} {...field} />
-      ))}
-      {typed("recipe", words.recipe, (field) => (
-        <input type="search" placeholder={words.recipe_hint} spellcheck={false} {...field} />
-      ))}
-      <div class="field">
-        <label for={`${id}-verdict`}>{words.verdict}</label>
-        <select
-          id={`${id}-verdict`}
-          value={filter.verdict}
-          onChange={(event) => change({ verdict: event.currentTarget.value })}
-        >
-          <option value="">{words.any}</option>
-          {VERDICTS.map((verdict) => (
-            <option key={verdict} value={verdict}>
-              {OUTCOME_SYMBOL[verdict]} {text.value.outcomes[verdict]}
-            </option>
-          ))}
-        </select>
-      </div>
-      {typed("from", words.from_day, (field) => (
-        <input type="date" {...field} />
-      ))}
-      {typed("to", words.to_day, (field) => (
-        <input type="date" {...field} />
-      ))}
+      <FilterField label={words.serial} placeholder={words.serial_hint} {...field("serial")} />
+      <FilterField label={words.recipe} placeholder={words.recipe_hint} {...field("recipe")} />
+      <Choice
+        label={words.verdict}
+        {...field("verdict")}
+        options={[
+          ["", words.any],
+          ...VERDICTS.map((one) => [one, `${OUTCOME_SYMBOL[one]} ${text.value.outcomes[one]}`] as const),
+        ]}
+      />
+      <FilterField label={words.from_day} type="date" {...field("from")} />
+      <FilterField label={words.to_day} type="date" {...field("to")} />
       {Object.keys(queryOf(filter)).length > 0 && (
         <button type="button" onClick={() => replaceQuery("inspections", undefined, {})}>
           {words.no_filter}

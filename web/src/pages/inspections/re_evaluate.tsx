@@ -1,22 +1,21 @@
 /** Re-evaluates an inspection with another version of its recipe or another calibration. */
 
 import { useSignal } from "@preact/signals";
-import { useId, useMemo } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
+import { Choice, storedOption } from "../../components/fields/choice";
 import { succeeded } from "../../components/job/job_problem";
 import { Show, useLoaded } from "../../components/loading/loading";
 import { goTo } from "../../state/browser/route";
 import { type Inspection, versionName } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";
-import { language, text } from "../../text";
-import { dateTime } from "../../units";
+import { text } from "../../text";
 
 export function ReEvaluate({ inspection }: { inspection: Inspection }) {
   const { api, jobs } = useApp();
   const words = text.value.inspections;
-  const id = useId();
   const { recipe } = inspection;
   const versions = useLoaded(
     () => data(api.GET("/api/v1/recipes/{id}/versions", { params: { path: { id: recipe.id } } })),
@@ -53,41 +52,26 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
       <Show of={versions.state}>
         {({ items }) => (
           <div class="row end">
-            <div class="field">
-              <label for={id}>{words.version}</label>
-              <select
-                id={id}
-                value={chosen.value ?? items[0]?.version}
-                onChange={(event) => (chosen.value = Number(event.currentTarget.value))}
-              >
-                {items.map(({ version }) => (
-                  <option key={version} value={version}>
-                    {version === recipe.version
-                      ? words.version_used(versionName({ id: recipe.id, version }))
-                      : versionName({ id: recipe.id, version })}
-                  </option>
-                ))}
-              </select>
-            </div>
-            <div class="field">
-              <label for={`${id}-calibration`}>{words.calibration}</label>
-              <select
-                id={`${id}-calibration`}
-                value={calibration.value ?? inspection.calibration_id}
-                onChange={({ currentTarget: { value } }) => {
-                  calibration.value = value === inspection.calibration_id ? undefined : value;
-                }}
-              >
-                <option value={inspection.calibration_id}>{words.version_used(inspection.calibration_id)}</option>
-                {(calibrations.state.value.value ?? [])
-                  .filter((one) => one.id !== inspection.calibration_id)
-                  .map((one) => (
-                    <option key={one.id} value={one.id}>
-                      {one.id} · {dateTime(one.created_at_ms, language.value)}
-                    </option>
-                  ))}
-              </select>
-            </div>
+            <Choice
+              label={words.version}
+              value={chosen.value ?? items[0]?.version}
+              options={items.map(({ version }) => {
+                const name = versionName({ id: recipe.id, version });
+                return [version, version === recipe.version ? words.version_used(name) : name];
+              })}
+              onChange={(version) => (chosen.value = version)}
+            />
+            <Choice
+              label={words.calibration}
+              value={calibration.value ?? inspection.calibration_id}
+              options={[
+                [inspection.calibration_id, words.version_used(inspection.calibration_id)],
+                ...(calibrations.state.value.value ?? [])
+                  .filter(({ id }) => id !== inspection.calibration_id)
+                  .map(storedOption),
+              ]}
+              onChange={(id) => (calibration.value = id === inspection.calibration_id ? undefined : id)}
+            />
             <CommandButton command={run} blocked={!inspection.scan_id && words.no_scan_left}>
               {words.re_evaluate}
             </CommandButton>

@@ -1,9 +1,9 @@
 /** The collapsible form of the measurement plan, which is stored on the server. */
 
 import { useId } from "preact/hooks";
+import { Choice } from "../../components/fields/choice";
 import type { Form } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
-import { selected } from "../../components/fields/selected";
 import { ProblemCard } from "../../components/problem";
 import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
@@ -138,23 +138,12 @@ function CharacteristicRow({ one, form, others, onChange }: RowProperties) {
   const judged = one.tool === "flatness" || one.nominal_mm != null;
   return (
     <div class="row end characteristic" data-tool={one.tool}>
-      <div class="field">
-        <label for={id}>{words.tool}</label>
-        <select
-          id={id}
-          value={one.tool}
-          onChange={(event) => {
-            const tool = selected(event, TOOLS);
-            if (tool) onChange(named(others, tool));
-          }}
-        >
-          {TOOLS.map((tool) => (
-            <option key={tool} value={tool}>
-              {text.value.tools[tool]}
-            </option>
-          ))}
-        </select>
-      </div>
+      <Choice
+        label={words.tool}
+        value={one.tool}
+        options={TOOLS.map((tool) => [tool, text.value.tools[tool]])}
+        onChange={(tool) => onChange(named(others, tool))}
+      />
       {one.name != null && (
         <div class="field">
           <label for={`${id}-name`}>{words.characteristic_name}</label>

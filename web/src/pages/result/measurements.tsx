@@ -5,9 +5,9 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
 import { DamagedRecords } from "../../components/dialogs/damaged";
+import { Choice } from "../../components/fields/choice";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
-import { selected } from "../../components/fields/selected";
 import { VerdictWord } from "../../components/verdict";
 import { TOOLS } from "../../state/choices";
 import { language, text } from "../../text";
@@ -180,23 +180,16 @@ function MeasureForm({ result }: { result: ResultState }) {
   const unit = result.tool.value === "angle" ? "°" : "mm";
   return (
     <div class="row end measure-form">
-      <label class="field">
-        <span>{words.measure_what}</span>
-        <select
-          value={result.tool.value}
-          onChange={(event) => {
-            result.tool.value = selected(event, TOOLS) ?? result.tool.value;
-            result.nominal.value = undefined;
-            result.tolerance.value = undefined;
-          }}
-        >
-          {TOOLS.map((tool) => (
-            <option key={tool} value={tool}>
-              {text.value.measured_as[tool]}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.measure_what}
+        value={result.tool.value}
+        options={TOOLS.map((tool) => [tool, text.value.measured_as[tool] ?? tool])}
+        onChange={(tool) => {
+          result.tool.value = tool;
+          result.nominal.value = undefined;
+          result.tolerance.value = undefined;
+        }}
+      />
       <NumberField
         key={`nominal-${result.tool.value}`}
         form={form}

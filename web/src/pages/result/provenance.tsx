@@ -3,6 +3,7 @@
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../components/command_button";
+import { Choice, storedOption } from "../../components/fields/choice";
 import { useLoaded } from "../../components/loading/loading";
 import { href } from "../../state/browser/route";
 import { CLOUD_FORMATS, MESH_FORMATS } from "../../state/choices";
@@ -181,22 +182,12 @@ export function Recompute({ result }: { result: ResultState }) {
       <h2>{words.recompute}</h2>
       <p class="muted">{words.recompute_hint}</p>
       <div class="stack">
-        <label class="field">
-          <span>{words.calibration}</span>
-          <select
-            value={result.recalibration.value}
-            onChange={(event) => {
-              result.recalibration.value = event.currentTarget.value;
-            }}
-          >
-            <option value="">{words.active_calibration}</option>
-            {(state.value.value ?? []).map((calibration) => (
-              <option key={calibration.id} value={calibration.id}>
-                {calibration.id} · {dateTime(calibration.created_at_ms, language.value)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={words.calibration}
+          value={result.recalibration.value}
+          options={[["", words.active_calibration], ...(state.value.value ?? []).map(storedOption)]}
+          onChange={(id) => (result.recalibration.value = id)}
+        />
         <CommandButton command={result.recompute}>{words.recompute_start}</CommandButton>
       </div>
     </section>

@@ -1,7 +1,7 @@
 /** The filter of the list; the name is applied on Enter or blur. */
 
-import { useId } from "preact/hooks";
-import { selected } from "../../components/fields/selected";
+import { Choice } from "../../components/fields/choice";
+import { FilterField } from "../../components/fields/filter_field";
 import { replaceQuery, route } from "../../state/browser/route";
 import { OUTCOMES } from "../../state/records/outcome";
 import { text } from "../../text";
@@ -16,55 +16,30 @@ interface Properties {
 
 export function FilterBar({ filter, n_read, has_older }: Properties) {
   const words = text.value.results;
-  const id = useId();
   const change = (part: Partial<ResultFilter>) =>
     replaceQuery("results", undefined, queryOf({ ...filterOf(route.value.query), ...part }));
   const any = Object.keys(queryOf(filter)).length > 0;
   return (
     <search class="card row end filter-bar">
-      <div class="field">
-        <label for={`${id}-name`}>{words.by_name}</label>
-        <input
-          id={`${id}-name`}
-          type="search"
-          value={filter.name}
-          spellcheck={false}
-          onChange={(event) => change({ name: event.currentTarget.value.trim() })}
-        />
-      </div>
-      <div class="field">
-        <label for={`${id}-state`}>{words.by_state}</label>
-        <select
-          id={`${id}-state`}
-          value={filter.outcome}
-          onChange={(event) => change({ outcome: selected(event, OUTCOMES) ?? "" })}
-        >
-          <option value="">{words.all}</option>
-          {OUTCOMES.map((outcome) => (
-            <option key={outcome} value={outcome}>
-              {text.value.outcomes[outcome]}
-            </option>
-          ))}
-        </select>
-      </div>
-      <div class="field">
-        <label for={`${id}-from`}>{words.from_day}</label>
-        <input
-          id={`${id}-from`}
-          type="date"
-          value={filter.from_day}
-          onChange={(event) => change({ from_day: event.currentTarget.value })}
-        />
-      </div>
-      <div class="field">
-        <label for={`${id}-to`}>{words.to_day}</label>
-        <input
-          id={`${id}-to`}
-          type="date"
-          value={filter.to_day}
-          onChange={(event) => change({ to_day: event.currentTarget.value })}
-        />
-      </div>
+      <FilterField label={words.by_name} value={filter.name} onChange={(name) => change({ name })} />
+      <Choice
+        label={words.by_state}
+        value={filter.outcome}
+        options={(["", ...OUTCOMES] as const).map((one) => [one, one ? text.value.outcomes[one] : words.all])}
+        onChange={(outcome) => change({ outcome })}
+      />
+      <FilterField
+        label={words.from_day}
+        type="date"
+        value={filter.from_day}
+        onChange={(from_day) => change({ from_day })}
+      />
+      <FilterField
+        label={words.to_day}
+        type="date"
+        value={filter.to_day}
+        onChange={(to_day) => change({ to_day })}
+      />
       {any && (
         <button type="button" onClick={() => replaceQuery("results", undefined, {})}>
           {words.no_filter}

@@ -2,9 +2,11 @@
 
 import type { Signal } from "@preact/signals";
 import { Check } from "../../components/fields/check";
+import { Choice } from "../../components/fields/choice";
 import type { Form } from "../../components/fields/form";
 import { AmbientLevelsField, LaserPowerField } from "../../components/fields/light_fields";
 import { NumberField } from "../../components/fields/number_field";
+import { TextField } from "../../components/fields/text_field";
 import { text } from "../../text";
 import { EXPOSURE_COUNTS, MODES } from "./acquisition";
 import type { SetUp } from "./set_up";
@@ -51,18 +53,13 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
           </label>
         ))}
       </fieldset>
-      <label class="field">
-        <span>{words.name}</span>
-        <input
-          value={set_up.name.value}
-          maxLength={100}
-          autoComplete="off"
-          placeholder={words.name_placeholder}
-          onInput={(event) => {
-            set_up.name.value = event.currentTarget.value;
-          }}
-        />
-      </label>
+      <TextField
+        label={words.name}
+        value={set_up.name.value}
+        maxLength={100}
+        placeholder={words.name_placeholder}
+        onChange={(name) => (set_up.name.value = name)}
+      />
       <details>
         <summary>{words.light}</summary>
         <div class="stack more">
@@ -90,19 +87,12 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
             />
           </div>
           {set_up.mode.value === "stop_and_go" && (
-            <label class="field">
-              <span>{words.n_exposures}</span>
-              <select
-                value={set_up.n_exposures.value}
-                onChange={(event) => set_up.setExposures(Number(event.currentTarget.value))}
-              >
-                {EXPOSURE_COUNTS.map((n) => (
-                  <option key={n} value={n}>
-                    {words.exposure_counts(n)}
-                  </option>
-                ))}
-              </select>
-            </label>
+            <Choice
+              label={words.n_exposures}
+              value={set_up.n_exposures.value}
+              options={EXPOSURE_COUNTS.map((n) => [n, words.exposure_counts(n)])}
+              onChange={(n) => set_up.setExposures(n)}
+            />
           )}
           <Check
             label={words.keep_frames}

@@ -3,6 +3,8 @@
 import { useId } from "preact/hooks";
 import { useApp } from "../../app";
 import { CopyLine } from "../../components/copy_line";
+import { Check } from "../../components/fields/check";
+import { Choice } from "../../components/fields/choice";
 import { NameField } from "../../components/fields/name_field";
 import { selected } from "../../components/fields/selected";
 import { light_tower } from "../../state/browser/light_tower";
@@ -42,16 +44,11 @@ function User() {
       <h2>{words.user}</h2>
       <NameField />
       <p class="muted">{words.user_hint}</p>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={letter_shortcuts.value}
-          onChange={(event) => {
-            letter_shortcuts.value = event.currentTarget.checked;
-          }}
-        />
-        {words.letters}
-      </label>
+      <Check
+        label={words.letters}
+        checked={letter_shortcuts.value}
+        onChange={(checked) => (letter_shortcuts.value = checked)}
+      />
       <p class="muted">
         {words.letters_hint} <a href={href("help", "shortcuts")}>{text.value.help.shortcuts}</a>
       </p>
@@ -81,32 +78,17 @@ function Appearance() {
           ))}
         </select>
       </div>
-      <div class="field">
-        <label for={`${id}-theme`}>{words.theme}</label>
-        <select
-          id={`${id}-theme`}
-          value={theme_choice.value}
-          onChange={(event) => {
-            theme_choice.value = selected(event, THEMES) ?? theme_choice.value;
-          }}
-        >
-          {THEMES.map((choice) => (
-            <option key={choice} value={choice}>
-              {words.themes[choice]}
-            </option>
-          ))}
-        </select>
-      </div>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={light_tower.value}
-          onChange={(event) => {
-            light_tower.value = event.currentTarget.checked;
-          }}
-        />
-        {words.light_tower}
-      </label>
+      <Choice
+        label={words.theme}
+        value={theme_choice.value}
+        options={THEMES.map((choice) => [choice, words.themes[choice]])}
+        onChange={(choice) => (theme_choice.value = choice)}
+      />
+      <Check
+        label={words.light_tower}
+        checked={light_tower.value}
+        onChange={(checked) => (light_tower.value = checked)}
+      />
       <dl class="facts">
         <dt>{words.numbers}</dt>
         <dd>

@@ -2,6 +2,7 @@
 
 import type { ReadonlySignal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
+import { Choice } from "../../components/fields/choice";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import type { Loaded } from "../../state/resource";
@@ -34,16 +35,15 @@ export function Type1Card({ selection, unit, change, study }: Properties) {
           optional
           onChange={(reference) => change({ reference: reference === undefined ? "" : `${reference}` })}
         />
-        <label class="field">
-          <span>{words.scatter}</span>
-          <select
-            value={selection.sigmas === "4" ? "4" : "6"}
-            onChange={(event) => change({ sigmas: event.currentTarget.value === "4" ? "4" : "" })}
-          >
-            <option value="6">6 s</option>
-            <option value="4">4 s</option>
-          </select>
-        </label>
+        <Choice
+          label={words.scatter}
+          value={selection.sigmas === "4" ? "4" : ""}
+          options={[
+            ["", "6 s"],
+            ["4", "4 s"],
+          ]}
+          onChange={(sigmas) => change({ sigmas })}
+        />
       </div>
       {selection.serial === "" ? (
         <p>{words.type_1_serial}</p>

@@ -1,7 +1,8 @@
 /** Features one by one, and characteristics from several of them. */
 
 import { useSignal } from "@preact/signals";
-import { selected } from "../../components/fields/selected";
+import { Choice } from "../../components/fields/choice";
+import { ReasonedButton } from "../../components/reasoned_button";
 import { language, text } from "../../text";
 import { count } from "../../units";
 import {
@@ -16,6 +17,7 @@ import {
   rolesOf,
 } from "./composed";
 import { idFault } from "./draft";
+import { IdField } from "./id_field";
 import type { TeachState } from "./teach_state";
 
 export function ComposedCard({ state }: { state: TeachState }) {
@@ -78,26 +80,22 @@ function FeatureForm({ state }: { state: TeachState }) {
   };
   return (
     <fieldset class="row end" aria-label={words.feature}>
-      <label class="field">
-        <span>{words.feature}</span>
-        <select
-          value={type.value}
-          onChange={(event) => {
-            type.value = selected(event, FEATURE_TYPES) ?? type.value;
-          }}
-        >
-          {FEATURE_TYPES.map((one) => (
-            <option key={one} value={one}>
-              {words.feature_types[one]}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.feature}
+        value={type.value}
+        options={FEATURE_TYPES.map((one) => [one, words.feature_types[one]])}
+        onChange={(one) => (type.value = one)}
+      />
       {rim && (
-        <Choice label={words.of_plane} ids={planes} value={chosen_plane} onChange={(id) => (plane.value = id)} />
+        <Choice
+          label={words.of_plane}
+          value={chosen_plane}
+          options={planes.map((id) => [id, id])}
+          onChange={(id) => (plane.value = id)}
+        />
       )}
-      <Name label={words.id} value={id.value} onChange={(value) => (id.value = value)} />
-      <AddButton label={words.add_feature} blocked={blocked} onClick={add} />
+      <IdField id={id} />
+      <ReasonedButton label={words.add_feature} blocked={blocked} onClick={add} />
     </fieldset>
   );
 }
@@ -117,92 +115,26 @@ function CharacteristicForm({ state }: { state: TeachState }) {
   };
   return (
     <fieldset class="row end" aria-label={words.composed_characteristic}>
-      <label class="field">
-        <span>{words.composed_characteristic}</span>
-        <select
-          value={composed.value}
-          onChange={(event) => {
-            composed.value = selected(event, COMPOSED) ?? composed.value;
-            chosen.value = {};
-          }}
-        >
-          {COMPOSED.map((one) => (
-            <option key={one} value={one}>
-              {words.composed_types[one]}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.composed_characteristic}
+        value={composed.value}
+        options={COMPOSED.map((one) => [one, words.composed_types[one]])}
+        onChange={(one) => {
+          composed.value = one;
+          chosen.value = {};
+        }}
+      />
       {rolesOf(composed.value).map((role) => (
         <Choice
           key={role.name}
           label={words.roles[role.name] ?? role.name}
-          ids={["", ...candidates(state.plan.value, role)]}
           value={chosen.value[role.name] ?? ""}
+          options={["", ...candidates(state.plan.value, role)].map((id) => [id, id])}
           onChange={(value) => (chosen.value = { ...chosen.peek(), [role.name]: value })}
         />
       ))}
-      <Name label={words.id} value={id.value} onChange={(value) => (id.value = value)} />
-      <AddButton label={words.add} blocked={blocked} onClick={add} />
+      <IdField id={id} />
+      <ReasonedButton label={words.add} blocked={blocked} onClick={add} />
     </fieldset>
-  );
-}
-
-interface ChoiceProperties {
-  label: string;
-  ids: readonly string[];
-  value: string;
-  onChange: (id: string) => void;
-}
-
-function Choice({ label, ids, value, onChange }: ChoiceProperties) {
-  return (
-    <label class="field">
-      <span>{label}</span>
-      <select value={value} onChange={(event) => onChange(event.currentTarget.value)}>
-        {ids.map((id) => (
-          <option key={id} value={id}>
-            {id}
-          </option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
-function Name({ label, value, onChange }: Omit<ChoiceProperties, "ids">) {
-  return (
-    <label class="field">
-      <span>{label}</span>
-      <input
-        value={value}
-        spellcheck={false}
-        autoComplete="off"
-        maxLength={60}
-        onInput={(event) => onChange(event.currentTarget.value.trim())}
-      />
-    </label>
-  );
-}
-
-interface AddProperties {
-  label: string;
-  blocked: string | undefined;
-  onClick: () => void;
-}
-
-function AddButton({ label, blocked, onClick }: AddProperties) {
-  return (
-    <span class="command">
-      <button
-        type="button"
-        aria-disabled={blocked ? "true" : undefined}
-        title={blocked}
-        onClick={() => !blocked && onClick()}
-      >
-        {label}
-      </button>
-      {blocked && <small class="why">{blocked}</small>}
-    </span>
   );
 }

@@ -1,16 +1,18 @@
 /** One characteristic: region, tool, its value on this scan, and limits. */
 
 import { CommandButton } from "../../components/command_button";
+import { Choice } from "../../components/fields/choice";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
-import { selected } from "../../components/fields/selected";
 import { ProblemCard } from "../../components/problem";
+import { ReasonedButton } from "../../components/reasoned_button";
 import { VerdictWord } from "../../components/verdict";
 import { language, text } from "../../text";
 import { count, decimal } from "../../units";
 import { Remarks } from "../inspections/remarks";
 import { uncertaintyOf } from "../inspections/values";
 import { TAUGHT } from "./draft";
+import { IdField } from "./id_field";
 import type { TeachState } from "./teach_state";
 
 /** Decimals of a proposed nominal value: drawings rarely state more. */
@@ -35,19 +37,12 @@ export function ToolCard({ state }: { state: TeachState }) {
       <h2>{words.characteristic}</h2>
       <p class="muted">{state.result.view.region.value ? words.region_set : words.region_none}</p>
       <div class="row end">
-        <label class="field">
-          <span>{words.tool}</span>
-          <select
-            value={taught}
-            onChange={(event) => state.choose(selected(event, TAUGHT) ?? state.taught.peek())}
-          >
-            {TAUGHT.map((one) => (
-              <option key={one} value={one}>
-                {words.tools[one]}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={words.tool}
+          value={taught}
+          options={TAUGHT.map((one) => [one, words.tools[one]])}
+          onChange={(one) => state.choose(one)}
+        />
         <CommandButton command={state.measure} kind="primary" blocked={blockedMeasure(state)}>
           {words.measure}
         </CommandButton>
@@ -55,18 +50,7 @@ export function ToolCard({ state }: { state: TeachState }) {
       {state.result.view.region.value && ON_TABLE.test(taught) && <p class="muted">{words.with_table}</p>}
       {state.candidate.value && <TrialFacts state={state} />}
       <div class="row end">
-        <label class="field">
-          <span>{words.id}</span>
-          <input
-            value={state.id.value}
-            spellcheck={false}
-            autoComplete="off"
-            maxLength={60}
-            onInput={(event) => {
-              state.id.value = event.currentTarget.value.trim();
-            }}
-          />
-        </label>
+        <IdField id={state.id} />
         {!only_upper && (
           <>
             <NumberField
@@ -123,19 +107,7 @@ function Add({ state, fault }: { state: TeachState; fault: string | undefined })
   const id_fault = state.id_fault.value;
   const measured = state.candidate_result.value?.value != null;
   const blocked = measured ? ((id_fault && words.id_faults[id_fault]) ?? fault) : words.blocked_measure;
-  return (
-    <div class="command">
-      <button
-        type="button"
-        aria-disabled={blocked ? "true" : undefined}
-        title={blocked}
-        onClick={() => !blocked && state.add()}
-      >
-        {words.add}
-      </button>
-      {blocked && <small class="why">{blocked}</small>}
-    </div>
-  );
+  return <ReasonedButton label={words.add} blocked={blocked} onClick={() => state.add()} />;
 }
 
 /** The result of what was measured, as an inspection would give it. */

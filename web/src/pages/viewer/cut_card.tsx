@@ -2,6 +2,7 @@
 
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useId, useLayoutEffect, useRef } from "preact/hooks";
+import { Check } from "../../components/fields/check";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { type CutProfile, distanceInCut } from "../../scene/cloud/cut";
@@ -91,14 +92,7 @@ function CutFields({ state, cut }: { state: ViewState; cut: Cut }) {
         min={0.01}
         onChange={(thickness_mm) => thickness_mm !== undefined && change({ thickness_mm })}
       />
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={cut.hides}
-          onChange={(event) => change({ hides: event.currentTarget.checked })}
-        />
-        {words.cut_hides(name)}
-      </label>
+      <Check label={words.cut_hides(name)} checked={cut.hides} onChange={(hides) => change({ hides })} />
     </div>
   );
 }

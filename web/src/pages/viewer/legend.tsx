@@ -1,5 +1,6 @@
 /** The legend: orders with their names, or a scale with histogram and adjustable range. */
 
+import { Check } from "../../components/fields/check";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import { binned } from "../../scene/cloud/histogram";
@@ -79,16 +80,11 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
         onChange={(high) => high !== undefined && state.setRange({ ...range, high })}
       />
       <div class="stack scale-options">
-        <label class="check">
-          <input
-            type="checkbox"
-            checked={state.hide_outside.value}
-            onChange={(event) => {
-              state.hide_outside.value = event.currentTarget.checked;
-            }}
-          />
-          {words.hide_outside}
-        </label>
+        <Check
+          label={words.hide_outside}
+          checked={state.hide_outside.value}
+          onChange={(checked) => (state.hide_outside.value = checked)}
+        />
         <button type="button" disabled={automatic} onClick={() => state.setRange(undefined)}>
           {automatic ? words.automatic_on : words.automatic}
         </button>

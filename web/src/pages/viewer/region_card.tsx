@@ -1,5 +1,6 @@
 /** The region of the tools: selected in the view or entered as numbers; also the crop box. */
 
+import { Check } from "../../components/fields/check";
 import { useForm } from "../../components/fields/form";
 import { NumberField } from "../../components/fields/number_field";
 import type { Box } from "../../scene/cloud/cloud";
@@ -29,16 +30,11 @@ export function RegionCard({ state }: { state: ViewState }) {
             <button type="button" onClick={() => state.clearRegion()}>
               {words.clear_region}
             </button>
-            <label class="check">
-              <input
-                type="checkbox"
-                checked={state.crop.value}
-                onChange={(event) => {
-                  state.crop.value = event.currentTarget.checked;
-                }}
-              />
-              {words.crop}
-            </label>
+            <Check
+              label={words.crop}
+              checked={state.crop.value}
+              onChange={(checked) => (state.crop.value = checked)}
+            />
           </>
         )}
       </div>

@@ -8,6 +8,7 @@ import { actorName } from "../../../components/actor";
 import { CommandButton } from "../../../components/command_button";
 import { Dialog } from "../../../components/dialogs/dialog";
 import { NameField } from "../../../components/fields/name_field";
+import { ReasonedButton } from "../../../components/reasoned_button";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { dateTime } from "../../../units";
@@ -53,18 +54,11 @@ export function ActiveCard({ active, item, activations, reload }: Properties) {
             {words.report}
           </a>
         )}
-        <span class="command">
-          <button
-            type="button"
-            aria-disabled={activations.length === 0 ? "true" : undefined}
-            onClick={() => {
-              asking.value = activations.length > 0;
-            }}
-          >
-            {words.roll_back}
-          </button>
-          {activations.length === 0 && <small class="why">{words.roll_back_blocked}</small>}
-        </span>
+        <ReasonedButton
+          label={words.roll_back}
+          blocked={activations.length === 0 && words.roll_back_blocked}
+          onClick={() => (asking.value = true)}
+        />
       </div>
       {asking.value && (
         <RollBack

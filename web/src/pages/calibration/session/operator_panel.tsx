@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../../api/client";
 import { type App, useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { Choice } from "../../../components/fields/choice";
 import { ProblemCard } from "../../../components/problem";
 import { Command } from "../../../state/station/command";
 import { positionOf } from "../../../state/station/station";
@@ -39,21 +40,12 @@ export function OperatorPanel({ n_captured, onMoved }: { n_captured: number; onM
       <h2>{words.virtual_operator}</h2>
       <p class="muted">{held.value ? words.held_pose(held.value) : words.operator_hint}</p>
       <div class="row end">
-        <label class="field">
-          <span>{words.hold_pose}</span>
-          <select
-            value={pose.value}
-            onChange={(event) => {
-              pose.value = Number(event.currentTarget.value);
-            }}
-          >
-            {Array.from({ length: N_POSES }, (_, idx) => idx + 1).map((number) => (
-              <option key={number} value={number}>
-                {number}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={words.hold_pose}
+          value={pose.value}
+          options={Array.from({ length: N_POSES }, (_, idx) => [idx + 1, String(idx + 1)])}
+          onChange={(number) => (pose.value = number)}
+        />
         <button type="button" onClick={() => void hold.start(pose.value)}>
           {words.hold}
         </button>

@@ -1,8 +1,10 @@
 /** The line projector of a session: its values, and the fields to enter them. */
 
 import { useSignal } from "@preact/signals";
+import { Choice } from "../../../components/fields/choice";
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
+import { TextField } from "../../../components/fields/text_field";
 import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { decimal } from "../../../units";
@@ -86,32 +88,28 @@ export function ProjectorFields({ form, projector, onChange, onOrders }: Propert
             max={10_000}
             onChange={(value) => value !== undefined && onChange({ ...projector, grating_lines_per_mm: value })}
           />
-          <label class="field">
-            <span>{words.orders}</span>
-            <input
-              value={orders_text.value}
-              aria-invalid={orders ? undefined : "true"}
-              onInput={(event) => {
-                orders_text.value = event.currentTarget.value;
-                const read = ordersFrom(event.currentTarget.value);
-                onOrders(read !== undefined);
-                if (read) onChange({ ...projector, orders: read });
-              }}
-            />
-            {!orders && <span class="wrong">{words.orders_wrong}</span>}
-          </label>
+          <TextField
+            label={words.orders}
+            value={orders_text.value}
+            wrong={!orders && words.orders_wrong}
+            onChange={(typed) => {
+              orders_text.value = typed;
+              const read = ordersFrom(typed);
+              onOrders(read !== undefined);
+              if (read) onChange({ ...projector, orders: read });
+            }}
+          />
         </>
       )}
-      <label class="field">
-        <span>{words.direction}</span>
-        <select
-          value={projector.line_direction}
-          onChange={(event) => onChange({ ...projector, line_direction: event.currentTarget.value })}
-        >
-          <option value="rows">{words.rows}</option>
-          <option value="columns">{words.columns}</option>
-        </select>
-      </label>
+      <Choice
+        label={words.direction}
+        value={projector.line_direction}
+        options={[
+          ["rows", words.rows],
+          ["columns", words.columns],
+        ]}
+        onChange={(line_direction) => onChange({ ...projector, line_direction })}
+      />
     </>
   );
 }

@@ -1,8 +1,9 @@
 /** The description of a calibration board, and the form to enter one. */
 
+import { Choice } from "../../../components/fields/choice";
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { selected } from "../../../components/fields/selected";
+import { TextField } from "../../../components/fields/text_field";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
 import { ofKind, sidesOf, TARGET_KINDS, type Target, withSides } from "./target";
@@ -53,22 +54,12 @@ export function TargetFields({ form, target, onChange }: Properties) {
   const changeSides = (row: number, column: number) => onChange(withSides(target, [row, column]));
   return (
     <>
-      <label class="field">
-        <span>{words.target_kind}</span>
-        <select
-          value={target.kind}
-          onChange={(event) => {
-            const kind = selected(event, TARGET_KINDS);
-            if (kind) onChange(ofKind(kind, target));
-          }}
-        >
-          {TARGET_KINDS.map((kind) => (
-            <option key={kind} value={kind}>
-              {words.targets[kind].name}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.target_kind}
+        value={target.kind}
+        options={TARGET_KINDS.map((kind) => [kind, words.targets[kind].name])}
+        onChange={(kind) => onChange(ofKind(kind, target))}
+      />
       <p class="muted">{of_kind.hint}</p>
       <Counts form={form} target={target} onChange={onChange} />
       <Length
@@ -91,13 +82,11 @@ export function TargetFields({ form, target, onChange }: Properties) {
             value={target.marker_mm}
             onChange={(marker_mm) => onChange({ ...target, marker_mm })}
           />
-          <label class="field">
-            <span>{words.dictionary}</span>
-            <input
-              value={target.dictionary}
-              onInput={(event) => onChange({ ...target, dictionary: event.currentTarget.value.trim() })}
-            />
-          </label>
+          <TextField
+            label={words.dictionary}
+            value={target.dictionary}
+            onChange={(typed) => onChange({ ...target, dictionary: typed.trim() })}
+          />
         </>
       )}
       {"diameter_mm" in target && (

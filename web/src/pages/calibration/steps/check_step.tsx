@@ -6,6 +6,7 @@ import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
 import { useForm } from "../../../components/fields/form";
+import { TextField } from "../../../components/fields/text_field";
 import { Show, useLoaded } from "../../../components/loading/loading";
 import { DarkFrameCard } from "../../../components/station/dark_frame_card";
 import { goTo, href } from "../../../state/browser/route";
@@ -161,16 +162,13 @@ function NewSessionForm({ defaults }: { defaults: Draft }) {
           />
         </section>
       </div>
-      <label class="field session-name">
-        <span>{words.name}</span>
-        <input
-          value={name.value}
-          maxLength={100}
-          onInput={(event) => {
-            name.value = event.currentTarget.value;
-          }}
-        />
-      </label>
+      <TextField
+        class="session-name"
+        label={words.name}
+        value={name.value}
+        maxLength={100}
+        onChange={(typed) => (name.value = typed)}
+      />
       <div>
         <CommandButton
           command={begin}

@@ -5,9 +5,9 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { Choice } from "../../../components/fields/choice";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { selected } from "../../../components/fields/selected";
 import { problemOfJob, succeeded } from "../../../components/job/job_problem";
 import { JobProgress } from "../../../components/job/job_progress";
 import { Show, useLoaded } from "../../../components/loading/loading";
@@ -97,22 +97,15 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   return (
     <section class="card stack">
       <div class="row end">
-        <label class="field">
-          <span>{words.reference_part}</span>
-          <select
-            value={reference_part.value}
-            onChange={(event) => {
-              reference_part.value = selected(event, REFERENCE_PARTS) ?? reference_part.value;
-              nominal_mm.value = NOMINAL_MM[reference_part.value];
-            }}
-          >
-            {REFERENCE_PARTS.map((name) => (
-              <option key={name} value={name}>
-                {words.reference_parts[name]}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={words.reference_part}
+          value={reference_part.value}
+          options={REFERENCE_PARTS.map((name) => [name, words.reference_parts[name] ?? name])}
+          onChange={(name) => {
+            reference_part.value = name;
+            nominal_mm.value = NOMINAL_MM[name];
+          }}
+        />
         <NumberField
           form={form}
           label={words.nominal}

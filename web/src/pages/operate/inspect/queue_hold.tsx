@@ -1,10 +1,11 @@
 /** Hold and resume of the queue of inspections: no further part starts, from whichever source. */
 
-import { useId, useMemo } from "preact/hooks";
+import { useMemo } from "preact/hooks";
 import type { Problem, Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { actorName } from "../../../components/actor";
 import { CommandButton } from "../../../components/command_button";
+import { TextField } from "../../../components/fields/text_field";
 import { ProblemCard } from "../../../components/problem";
 import { language, text } from "../../../text";
 import { dateTime } from "../../../units";
@@ -57,23 +58,16 @@ export function QueueHold({ hold, problem, reload }: Properties) {
 
 /** The reason for a hold; optional, so that holding remains one press. */
 function Reason({ queue }: { queue: QueueCommands }) {
-  const id = useId();
   return (
-    <div class="field">
-      <label for={id}>{text.value.operate.hold_reason}</label>
-      <input
-        id={id}
-        value={queue.reason.value}
-        maxLength={LONGEST_REASON}
-        placeholder={text.value.common.optional}
-        autoComplete="off"
-        onInput={(event) => {
-          queue.reason.value = event.currentTarget.value;
-        }}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") void queue.hold.start();
-        }}
-      />
-    </div>
+    <TextField
+      label={text.value.operate.hold_reason}
+      value={queue.reason.value}
+      maxLength={LONGEST_REASON}
+      placeholder={text.value.common.optional}
+      onChange={(reason) => (queue.reason.value = reason)}
+      onKeyDown={(event) => {
+        if (event.key === "Enter") void queue.hold.start();
+      }}
+    />
   );
 }

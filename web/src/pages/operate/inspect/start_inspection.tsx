@@ -1,9 +1,10 @@
 /** Serial number, order, and Start with the reason if it is blocked; progress while a job is running. */
 
-import { useEffect, useId, useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import type { Job } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { TextField } from "../../../components/fields/text_field";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
 import type { Obstacle } from "../readiness";
@@ -26,7 +27,6 @@ interface Properties {
 
 export function StartInspection({ run, part, choice, obstacle, job, held }: Properties) {
   const words = text.value.operate;
-  const id = useId();
   const field = useRef<HTMLInputElement>(null);
   const repeated = run.repeated.value;
   const was_asked = useRef(false);
@@ -44,22 +44,16 @@ export function StartInspection({ run, part, choice, obstacle, job, held }: Prop
   return (
     <section class="card stack operate-start" aria-label={words.title}>
       <SerialField serial={part.serial} field={field} placeholder={words.serial_scan} onEnter={begin} />
-      <div class="field">
-        <label for={`${id}-order`}>{words.order}</label>
-        <input
-          id={`${id}-order`}
-          value={part.order.value}
-          maxLength={100}
-          autoComplete="off"
-          spellcheck={false}
-          onInput={(event) => {
-            part.order.value = event.currentTarget.value;
-          }}
-          onKeyDown={(event) => {
-            if (event.key === "Enter") field.current?.focus();
-          }}
-        />
-      </div>
+      <TextField
+        label={words.order}
+        value={part.order.value}
+        maxLength={100}
+        spellcheck={false}
+        onChange={(order) => (part.order.value = order)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") field.current?.focus();
+        }}
+      />
       <Operator />
       {job ? (
         <>

@@ -1,6 +1,8 @@
 /** The artefacts of a new acceptance test with their calibrated values and limits. */
 
+import { Check } from "../../../components/fields/check";
 import { NumberField } from "../../../components/fields/number_field";
+import { TextField } from "../../../components/fields/text_field";
 import { text } from "../../../text";
 import type { DraftForm } from "./new_study";
 import {
@@ -29,25 +31,20 @@ export function AcceptanceForm({ form, draft }: DraftForm) {
           put(procedure, { ...(draft.peek().artefacts[procedure] ?? EMPTY_ARTEFACT), ...part });
         return (
           <fieldset key={procedure} class="stack">
-            <label class="row">
-              <input
-                type="checkbox"
-                checked={artefact !== undefined}
-                onChange={(event) => put(procedure, event.currentTarget.checked ? EMPTY_ARTEFACT : undefined)}
-              />
-              <strong>{words.procedures[procedure]}</strong>
-            </label>
+            <Check
+              label={<strong>{words.procedures[procedure]}</strong>}
+              checked={artefact !== undefined}
+              onChange={(checked) => put(procedure, checked ? EMPTY_ARTEFACT : undefined)}
+            />
             <span class="muted">{words.procedures_hint[procedure]}</span>
             {artefact && (
               <div class="row end">
-                <label class="field">
-                  <span>{words.artefact}</span>
-                  <input
-                    value={artefact.artefact}
-                    maxLength={100}
-                    onInput={(event) => change({ artefact: event.currentTarget.value })}
-                  />
-                </label>
+                <TextField
+                  label={words.artefact}
+                  value={artefact.artefact}
+                  maxLength={100}
+                  onChange={(artefact) => change({ artefact })}
+                />
                 {VALUES[procedure].map((name: Value) => (
                   <NumberField
                     key={name}

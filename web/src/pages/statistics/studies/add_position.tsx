@@ -5,15 +5,14 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { Choice, storedOption } from "../../../components/fields/choice";
 import { useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { selected } from "../../../components/fields/selected";
 import { useAutoReloaded } from "../../../components/loading/auto_reloaded";
 import { Show } from "../../../components/loading/loading";
 import { readParts } from "../../../state/records/scanned";
 import { Command } from "../../../state/station/command";
-import { language, text } from "../../../text";
-import { dateTime } from "../../../units";
+import { text } from "../../../text";
 import { PROCEDURES, type Procedure } from "./plan";
 import type { Study } from "./study";
 
@@ -73,27 +72,18 @@ export function AddPosition({ study, reload }: { study: Study; reload: () => Pro
           if (offered.length === 0) return <p>{words.no_scans}</p>;
           return (
             <div class="row end">
-              <label class="field">
-                <span>{words.procedure}</span>
-                <select value={procedure} onChange={(event) => (chosen.value = selected(event, planned))}>
-                  {planned.map((one) => (
-                    <option key={one} value={one}>
-                      {words.procedures[one]}
-                    </option>
-                  ))}
-                </select>
-              </label>
-              <label class="field">
-                <span>{words.scan}</span>
-                <select value={scan.value} onChange={(event) => (scan.value = event.currentTarget.value)}>
-                  <option value="">–</option>
-                  {offered.map(({ id, name, created_at_ms }) => (
-                    <option key={id} value={id}>
-                      {name} · {dateTime(created_at_ms, language.value)}
-                    </option>
-                  ))}
-                </select>
-              </label>
+              <Choice
+                label={words.procedure}
+                value={procedure}
+                options={planned.map((one) => [one, words.procedures[one]])}
+                onChange={(procedure) => (chosen.value = procedure)}
+              />
+              <Choice
+                label={words.scan}
+                value={scan.value}
+                options={[["", "–"], ...offered.map(storedOption)]}
+                onChange={(id) => (scan.value = id)}
+              />
               <NumberField
                 form={form}
                 label={words.temperature}

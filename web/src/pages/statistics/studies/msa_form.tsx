@@ -3,7 +3,9 @@
 import { useEffect } from "preact/hooks";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
+import { Choice } from "../../../components/fields/choice";
 import { NumberField } from "../../../components/fields/number_field";
+import { TextField } from "../../../components/fields/text_field";
 import { Show, useLoaded } from "../../../components/loading/loading";
 import { readRecipes } from "../../../state/records/recipes";
 import { text } from "../../../text";
@@ -17,10 +19,7 @@ export function Type1Form({ form, draft }: DraftForm) {
   return (
     <div class="row end">
       <CharacteristicFields form={form} draft={draft} />
-      <label class="field">
-        <span>{words.serial}</span>
-        <input value={serial} maxLength={100} onInput={(event) => change({ serial: event.currentTarget.value })} />
-      </label>
+      <TextField label={words.serial} value={serial} maxLength={100} onChange={(serial) => change({ serial })} />
       <NumberField
         form={form}
         label={words.reference}
@@ -51,18 +50,13 @@ export function GaugeRrForm({ form, draft }: DraftForm) {
     <>
       <div class="row end">
         <CharacteristicFields form={form} draft={draft} />
-        <label class="field">
-          <span>{words.parts}</span>
-          <input class="long" value={parts} onInput={(event) => change({ parts: event.currentTarget.value })} />
-        </label>
-        <label class="field">
-          <span>{words.operators}</span>
-          <input
-            class="long"
-            value={operators}
-            onInput={(event) => change({ operators: event.currentTarget.value })}
-          />
-        </label>
+        <TextField class="long" label={words.parts} value={parts} onChange={(parts) => change({ parts })} />
+        <TextField
+          class="long"
+          label={words.operators}
+          value={operators}
+          onChange={(operators) => change({ operators })}
+        />
         <NumberField
           form={form}
           label={words.n_trials}
@@ -106,32 +100,18 @@ function CharacteristicFields({ draft }: DraftForm) {
           <p>{words.no_recipes}</p>
         ) : (
           <>
-            <label class="field">
-              <span>{words.recipe}</span>
-              <select
-                value={recipe}
-                onChange={(event) => change({ recipe: event.currentTarget.value, characteristic: "" })}
-              >
-                {items.map((item) => (
-                  <option key={item.id} value={item.id}>
-                    {item.name}
-                  </option>
-                ))}
-              </select>
-            </label>
-            <label class="field">
-              <span>{words.characteristic}</span>
-              <select
-                value={characteristic}
-                onChange={(event) => change({ characteristic: event.currentTarget.value })}
-              >
-                {(known.state.value.value ?? []).map((id) => (
-                  <option key={id} value={id}>
-                    {id}
-                  </option>
-                ))}
-              </select>
-            </label>
+            <Choice
+              label={words.recipe}
+              value={recipe}
+              options={items.map(({ id, name }) => [id, name])}
+              onChange={(recipe) => change({ recipe, characteristic: "" })}
+            />
+            <Choice
+              label={words.characteristic}
+              value={characteristic}
+              options={(known.state.value.value ?? []).map((id) => [id, id])}
+              onChange={(characteristic) => change({ characteristic })}
+            />
           </>
         )
       }

@@ -5,8 +5,9 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../components/command_button";
+import { Choice } from "../../../components/fields/choice";
 import { type Form, useForm } from "../../../components/fields/form";
-import { selected } from "../../../components/fields/selected";
+import { TextField } from "../../../components/fields/text_field";
 import { goTo, route } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
@@ -43,20 +44,13 @@ export function NewStudy() {
     <section class="card stack" aria-label={words.new_study}>
       <h2>{words.new_study}</h2>
       <div class="row end">
-        <label class="field">
-          <span>{words.kind}</span>
-          <select value={kind} onChange={(event) => change({ kind: selected(event, KINDS) ?? kind })}>
-            {KINDS.map((one) => (
-              <option key={one} value={one}>
-                {words.kinds[one]}
-              </option>
-            ))}
-          </select>
-        </label>
-        <label class="field">
-          <span>{words.name}</span>
-          <input value={name} maxLength={100} onInput={(event) => change({ name: event.currentTarget.value })} />
-        </label>
+        <Choice
+          label={words.kind}
+          value={kind}
+          options={KINDS.map((one) => [one, words.kinds[one]])}
+          onChange={(kind) => change({ kind })}
+        />
+        <TextField label={words.name} value={name} maxLength={100} onChange={(name) => change({ name })} />
       </div>
       <p class="muted">{words.kinds_hint[kind]}</p>
       {kind === "acceptance" && <AcceptanceForm {...shared} />}

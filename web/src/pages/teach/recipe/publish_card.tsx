@@ -2,6 +2,7 @@
 
 import { CommandButton } from "../../../components/command_button";
 import type { Form } from "../../../components/fields/form";
+import { TextField } from "../../../components/fields/text_field";
 import { href } from "../../../state/browser/route";
 import { versionName } from "../../../state/records/inspections";
 import { text } from "../../../text";
@@ -17,17 +18,13 @@ export function PublishCard({ state, form }: { state: TeachState; form: Form }) 
       <h2>{words.publish}</h2>
       <p class="muted">{words.publish_hint}</p>
       <div class="row end">
-        <label class="field grow">
-          <span>{words.reason}</span>
-          <input
-            value={recipe.reason.value}
-            maxLength={100}
-            autoComplete="off"
-            onInput={(event) => {
-              recipe.reason.value = event.currentTarget.value;
-            }}
-          />
-        </label>
+        <TextField
+          class="grow"
+          label={words.reason}
+          value={recipe.reason.value}
+          maxLength={100}
+          onChange={(reason) => (recipe.reason.value = reason)}
+        />
         <CommandButton command={recipe.publish} kind="primary" blocked={blockedPublish(state, form)}>
           {words.publish}
         </CommandButton>

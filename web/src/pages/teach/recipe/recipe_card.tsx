@@ -2,7 +2,9 @@
 
 import { useEffect } from "preact/hooks";
 import { useApp } from "../../../app";
+import { Choice } from "../../../components/fields/choice";
 import { FileButton } from "../../../components/fields/file_button";
+import { TextField } from "../../../components/fields/text_field";
 import { Show, useLoaded } from "../../../components/loading/loading";
 import { ProblemCard } from "../../../components/problem";
 import { versionName } from "../../../state/records/inspections";
@@ -32,20 +34,15 @@ export function RecipeCard({ recipe }: { recipe: RecipeState }) {
       <h2>{words.recipe}</h2>
       <Show of={recipes}>
         {({ items }) => (
-          <label class="field">
-            <span>{words.based_on}</span>
-            <select
-              value={recipe.base.value?.id ?? ""}
-              onChange={(event) => void recipe.load.start(event.currentTarget.value || undefined)}
-            >
-              <option value="">{words.new_recipe}</option>
-              {items.map(({ id, name, version }) => (
-                <option key={id} value={id}>
-                  {name} · {versionName({ id, version })}
-                </option>
-              ))}
-            </select>
-          </label>
+          <Choice
+            label={words.based_on}
+            value={recipe.base.value?.id ?? ""}
+            options={[
+              ["", words.new_recipe],
+              ...items.map((item) => [item.id, `${item.name} · ${versionName(item)}`] as const),
+            ]}
+            onChange={(id) => void recipe.load.start(id || undefined)}
+          />
         )}
       </Show>
       {problem && <ProblemCard problem={problem} onDismiss={() => recipe.load.dismiss()} />}
@@ -66,37 +63,26 @@ function NewId({ recipe }: { recipe: RecipeState }) {
   const words = text.value.teach;
   const invalid = recipe.new_id.value !== "" && !isRecipeId(recipe.new_id.value);
   return (
-    <label class="field">
-      <span>{words.recipe_id}</span>
-      <input
-        value={recipe.new_id.value}
-        placeholder="bracket"
-        spellcheck={false}
-        autoComplete="off"
-        aria-invalid={invalid ? "true" : undefined}
-        onInput={(event) => {
-          recipe.new_id.value = event.currentTarget.value.trim();
-        }}
-      />
-      {invalid && <span class="wrong">{words.recipe_id_rule}</span>}
-    </label>
+    <TextField
+      label={words.recipe_id}
+      value={recipe.new_id.value}
+      placeholder="bracket"
+      spellcheck={false}
+      wrong={invalid && words.recipe_id_rule}
+      onChange={(typed) => (recipe.new_id.value = typed.trim())}
+    />
   );
 }
 
 function Name({ recipe: { base, new_id, settings } }: { recipe: RecipeState }) {
   return (
-    <label class="field">
-      <span>{text.value.teach.recipe_name}</span>
-      <input
-        value={settings.name.value}
-        placeholder={base.value?.id ?? new_id.value}
-        maxLength={100}
-        autoComplete="off"
-        onInput={(event) => {
-          settings.name.value = event.currentTarget.value;
-        }}
-      />
-    </label>
+    <TextField
+      label={text.value.teach.recipe_name}
+      value={settings.name.value}
+      placeholder={base.value?.id ?? new_id.value}
+      maxLength={100}
+      onChange={(name) => (settings.name.value = name)}
+    />
   );
 }
 

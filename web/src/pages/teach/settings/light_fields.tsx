@@ -2,6 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { Check } from "../../../components/fields/check";
+import { Choice } from "../../../components/fields/choice";
 import type { Form } from "../../../components/fields/form";
 import { AmbientLevelsField, LaserPowerField } from "../../../components/fields/light_fields";
 import { NumberField } from "../../../components/fields/number_field";
@@ -56,21 +57,12 @@ function Exposures({ settings, form, children }: Properties & { children: Compon
     settings.changeScan({ exposures_us: exposures_us.map((one, at) => (at === idx ? value : one)) });
   return (
     <div class="row end">
-      <label class="field">
-        <span>{words.n_exposures}</span>
-        <select
-          value={n}
-          onChange={(event) => {
-            settings.scan.value = withExposures(settings.scan.peek(), Number(event.currentTarget.value));
-          }}
-        >
-          {EXPOSURE_COUNTS.map((one) => (
-            <option key={one} value={one}>
-              {words.exposure_counts(one)}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.n_exposures}
+        value={n}
+        options={EXPOSURE_COUNTS.map((one) => [one, words.exposure_counts(one)])}
+        onChange={(one) => (settings.scan.value = withExposures(settings.scan.peek(), one))}
+      />
       {exposures_us.map((value, idx) => (
         <NumberField
           key={`${n}-${idx}`}

@@ -2,6 +2,7 @@
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
+import { Check } from "../../../components/fields/check";
 import { Show, useLoaded } from "../../../components/loading/loading";
 import type { Door } from "../../../state/records/doors";
 import { text } from "../../../text";
@@ -29,17 +30,14 @@ function Outputs({ settings, doors }: Properties & { doors: readonly Door[] }) {
   if (!outputs && doors.length === 0) return <p class="muted">{words.no_doors}</p>;
   return (
     <>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={outputs === undefined}
-          onChange={({ currentTarget: { checked } }) => {
-            // All are selected at first, so that no result is withheld by mistake.
-            settings.outputs.value = checked ? undefined : doors.map(({ name }) => name);
-          }}
-        />
-        {words.every_door}
-      </label>
+      <Check
+        label={words.every_door}
+        checked={outputs === undefined}
+        onChange={(checked) => {
+          // All are selected at first, so that no result is withheld by mistake.
+          settings.outputs.value = checked ? undefined : doors.map(({ name }) => name);
+        }}
+      />
       {outputs && (
         <>
           <Selected settings={settings} outputs={outputs} doors={doors} />
@@ -62,16 +60,15 @@ function Selected({
     <ul class="plain outputs">
       {doors.map(({ name, kind }) => (
         <li key={name}>
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={outputs.includes(name)}
-              onChange={(event) => settings.setOutput(name, event.currentTarget.checked)}
-            />
-            <span>
-              <span class="mono">{name}</span> <span class="muted">{text.value.doors.kinds[kind] ?? kind}</span>
-            </span>
-          </label>
+          <Check
+            label={
+              <span>
+                <span class="mono">{name}</span> <span class="muted">{text.value.doors.kinds[kind] ?? kind}</span>
+              </span>
+            }
+            checked={outputs.includes(name)}
+            onChange={(checked) => settings.setOutput(name, checked)}
+          />
         </li>
       ))}
       {unknown.map((name) => (

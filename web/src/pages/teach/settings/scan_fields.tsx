@@ -1,9 +1,9 @@
 /** How the recipe scans: range, motion, and light. */
 
 import { useId } from "preact/hooks";
+import { Choice } from "../../../components/fields/choice";
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
-import { selected } from "../../../components/fields/selected";
 import { text } from "../../../text";
 import { MODES } from "../../scan/acquisition";
 import { LightFields } from "./light_fields";
@@ -67,19 +67,12 @@ function Range({ settings, form }: Properties) {
 function Stage({ draft, onChange }: { draft: ScanDraft; onChange: (changed: ScanDraft) => void }) {
   const words = text.value.recipe_settings;
   return (
-    <label class="field">
-      <span>{words.stage}</span>
-      <select
-        value={draft.stage}
-        onChange={(event) => onChange(withStage(draft, selected(event, STAGES) ?? draft.stage))}
-      >
-        {STAGES.map((stage) => (
-          <option key={stage} value={stage}>
-            {words.stages[stage]}
-          </option>
-        ))}
-      </select>
-    </label>
+    <Choice
+      label={words.stage}
+      value={draft.stage}
+      options={STAGES.map((stage) => [stage, words.stages[stage]])}
+      onChange={(stage) => onChange(withStage(draft, stage))}
+    />
   );
 }
 

@@ -3,12 +3,16 @@
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { useApp } from "../../../app";
+import { Check } from "../../../components/fields/check";
+import { Choice } from "../../../components/fields/choice";
 import { FileButton } from "../../../components/fields/file_button";
 import { type Form, useForm } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
 import { ProblemCard } from "../../../components/problem";
+import { ReasonedButton } from "../../../components/reasoned_button";
 import { language, text } from "../../../text";
 import { count, decimal } from "../../../units";
+import { IdField } from "../id_field";
 import type { TeachState } from "../teach_state";
 import { SurfaceDraft } from "./draft";
 import { hasVolume, type Model, POSE_ENTRIES, withEntry } from "./profile";
@@ -41,22 +45,12 @@ function ModelChoice({ draft }: { draft: SurfaceDraft }) {
   const problem = draft.load.problem.value;
   return (
     <>
-      <label class="field">
-        <span>{words.model}</span>
-        <select
-          value={chosen?.id ?? ""}
-          onChange={({ currentTarget: { value } }) =>
-            draft.choose(draft.models.peek().find(({ id }) => id === value))
-          }
-        >
-          <option value="">{words.choose}</option>
-          {draft.models.value.map(({ id, name }) => (
-            <option key={id} value={id}>
-              {name}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={words.model}
+        value={chosen?.id ?? ""}
+        options={[["", words.choose], ...draft.models.value.map(({ id, name }) => [id, name] as const)]}
+        onChange={(value) => draft.choose(draft.models.peek().find(({ id }) => id === value))}
+      />
       {problem && <ProblemCard problem={problem} onDismiss={() => draft.load.dismiss()} />}
       {chosen && <ModelFacts model={chosen} />}
       <Upload draft={draft} />
@@ -114,15 +108,12 @@ function Entries({ draft }: { draft: SurfaceDraft }) {
   const aligned = draft.is_aligned.value;
   return (
     <>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={!aligned || draft.best_fit.value}
-          disabled={!aligned}
-          onChange={(event) => (draft.best_fit.value = event.currentTarget.checked)}
-        />
-        {words.best_fit}
-      </label>
+      <Check
+        label={words.best_fit}
+        checked={!aligned || draft.best_fit.value}
+        disabled={!aligned}
+        onChange={(checked) => (draft.best_fit.value = checked)}
+      />
       <p class="muted">{aligned ? words.best_fit_hint : `${words.best_fit_needed} ${words.best_fit_hint}`}</p>
       {!aligned && <Pose draft={draft} form={form} />}
       <SurfaceRegion draft={draft} form={form} />
@@ -145,7 +136,7 @@ function Entries({ draft }: { draft: SurfaceDraft }) {
           value={draft.width_mm.value}
           onChange={(value) => (draft.width_mm.value = value)}
         />
-        <Name draft={draft} />
+        <IdField id={draft.id} />
       </div>
       <p class="muted">{words.reach_hint}</p>
       <Add draft={draft} form={form} />
@@ -183,23 +174,6 @@ function Pose({ draft, form }: { draft: SurfaceDraft; form: Form }) {
   );
 }
 
-function Name({ draft }: { draft: SurfaceDraft }) {
-  return (
-    <label class="field">
-      <span>{text.value.teach.id}</span>
-      <input
-        value={draft.id.value}
-        spellcheck={false}
-        autoComplete="off"
-        maxLength={60}
-        onInput={(event) => {
-          draft.id.value = event.currentTarget.value.trim();
-        }}
-      />
-    </label>
-  );
-}
-
 function Add({ draft, form }: { draft: SurfaceDraft; form: Form }) {
   const words = text.value.teach;
   const fault = draft.id_fault.value;
@@ -209,28 +183,4 @@ function Add({ draft, form }: { draft: SurfaceDraft; form: Form }) {
     ? (form.blocked.value ?? empty ?? (fault && words.id_faults[fault]))
     : text.value.surface.choose;
   return <ReasonedButton label={words.add} blocked={blocked} onClick={() => draft.add()} />;
-}
-
-interface ButtonProperties {
-  label: string;
-  title?: string;
-  /** Why it cannot be pressed now. */
-  blocked: string | undefined;
-  onClick: () => void;
-}
-
-function ReasonedButton({ label, title, blocked, onClick }: ButtonProperties) {
-  return (
-    <span class="command">
-      <button
-        type="button"
-        aria-disabled={blocked ? "true" : undefined}
-        title={blocked ?? title}
-        onClick={() => !blocked && onClick()}
-      >
-        {label}
-      </button>
-      {blocked && <small class="why">{blocked}</small>}
-    </span>
-  );
 }

@@ -1,5 +1,6 @@
 /** The part of a CAD model that is toleranced: a box in the frame of the model. */
 
+import { Check } from "../../../components/fields/check";
 import type { Form } from "../../../components/fields/form";
 import { NumberField } from "../../../components/fields/number_field";
 import type { Box } from "../../../scene/cloud/cloud";
@@ -16,17 +17,14 @@ export function SurfaceRegion({ draft, form }: { draft: SurfaceDraft; form: Form
   const region = draft.region.value;
   return (
     <>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={region !== undefined}
-          disabled={!model}
-          onChange={({ currentTarget: { checked } }) => {
-            draft.region.value = checked && model ? boundsOf(model.summary) : undefined;
-          }}
-        />
-        {words.region}
-      </label>
+      <Check
+        label={words.region}
+        checked={region !== undefined}
+        disabled={!model}
+        onChange={(checked) => {
+          draft.region.value = checked && model ? boundsOf(model.summary) : undefined;
+        }}
+      />
       {region && (
         <fieldset class="stack region" aria-label={words.region}>
           {AXES.map((axis, idx) => (
