@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { englishIn } from "./german";
-import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "./harness";
 import { pixelsOf } from "./pixels";
 import type { Server } from "./server";
 import { curvedSurface, nominalHeight, placePart, realHeight, stlOf } from "./stl";
@@ -23,9 +23,6 @@ const RANGE_UM = 60;
 
 /** What the model leaves out along the rim, where lines end and points are less certain, mm. */
 const MARGIN_MM = 2;
-
-/** A cloud that has so many points this many times in a row is complete. */
-const STILL = 12;
 
 /** Both ends of the scale, and points that were not compared, `#rrggbb`. */
 const [INSIDE, OUTSIDE, UNKNOWN] = ["#2166ac", "#b2182b", "#9aa0a6"];
@@ -57,17 +54,6 @@ function lengthIn(cell: string | undefined): number {
   const [, number, unit] = /([\d.]+) (mm|µm)$/.exec(cell ?? "") ?? [];
   if (number === undefined) throw new Error(`no length in "${cell}"`);
   return Number(number) / (unit === "µm" ? 1000 : 1);
-}
-
-/** The number of points of the cloud does not change any more. */
-async function wholeCloud(page: Page): Promise<void> {
-  let [n_points, n_same] = [0, 0];
-  await until("the whole cloud", async () => {
-    const before = n_points;
-    n_points = Number(await page.locator(".cloud-canvas canvas").getAttribute("data-points"));
-    n_same = n_points === before ? n_same + 1 : 0;
-    return n_points > 0 && n_same >= STILL;
-  });
 }
 
 /** Pixels of the cloud that are inside, outside, and not compared. */

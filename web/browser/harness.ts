@@ -7,6 +7,9 @@ import { type Browser, type BrowserContext, chromium, type Page } from "playwrig
 import { expect, inject } from "vitest";
 import { ROOT, Server } from "./server";
 
+/** A cloud that has so many points this many times in a row is complete. */
+const STILL = 12;
+
 /** Longest time until a page shows what it should on a busy machine. */
 const SEEN_WITHIN_MS = 120_000;
 
@@ -106,4 +109,17 @@ export async function until(
     if (Date.now() - begun > within_ms) throw new Error(`not within ${within_ms} ms: ${what}`);
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
+}
+
+/** The number of points of the newest cloud, once it does not change any more. */
+export async function wholeCloud(page: Page): Promise<number> {
+  const canvas = page.locator(".cloud-canvas canvas").last();
+  let [n_points, n_same] = [0, 0];
+  await until("the whole cloud", async () => {
+    const before = n_points;
+    n_points = Number(await canvas.getAttribute("data-points"));
+    n_same = n_points === before ? n_same + 1 : 0;
+    return n_points > 0 && n_same >= STILL;
+  });
+  return n_points;
 }

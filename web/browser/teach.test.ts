@@ -5,7 +5,7 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "./harness";
 import type { Server } from "./server";
 
 /** Tests that calibrate or scan, on a busy machine. */
@@ -16,9 +16,6 @@ const HEIGHT_OFF_MM = 0.02;
 
 /** Two scans of the same part differ by less than this, mm: U of the simulated station. */
 const SAME_MM = 0.005;
-
-/** A cloud that has so many points this many times in a row is complete. */
-const STILL = 12;
 
 let server: Server;
 let browser: Browser;
@@ -44,17 +41,6 @@ async function drag(page: Page, from: readonly [number, number], to: readonly [n
   await page.mouse.down();
   await page.mouse.move(box.x + to[0] * box.width, box.y + to[1] * box.height, { steps: 5 });
   await page.mouse.up();
-}
-
-/** The number of points of the cloud does not change any more. */
-async function wholeCloud(page: Page): Promise<void> {
-  let [n_points, n_same] = [0, 0];
-  await until("the whole cloud", async () => {
-    const before = n_points;
-    n_points = Number(await page.locator(".cloud-canvas canvas").getAttribute("data-points"));
-    n_same = n_points === before ? n_same + 1 : 0;
-    return n_points > 0 && n_same >= STILL;
-  });
 }
 
 const pointsInRegion = async (page: Page) =>

@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { HEIGHT_MM, placeBlock } from "./block";
 import { englishIn } from "./german";
-import { calibrated, expectAccessibleInBoth, launch, picture, until, visit } from "./harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "./harness";
 import type { Server } from "./server";
 
 /** The second block is lower by this, µm: many times the noise of a point. */
@@ -12,9 +12,6 @@ const LOWER_UM = 300;
 
 /** A distance picked by keys in a cut of points with noise, mm. */
 const PICKED_OFF_MM = 0.1;
-
-/** A cloud that has so many points this many times in a row is complete. */
-const STILL = 12;
 
 let server: Server;
 let browser: Browser;
@@ -33,18 +30,6 @@ afterAll(async () => {
   await browser?.close();
   await server?.stop();
 });
-
-async function wholeCloud(page: Page): Promise<number> {
-  const drawn = async () => Number(await page.locator(".cloud-canvas canvas").last().getAttribute("data-points"));
-  let [n_points, n_same] = [0, 0];
-  await until("the whole cloud", async () => {
-    const before = n_points;
-    n_points = await drawn();
-    n_same = n_points === before ? n_same + 1 : 0;
-    return n_points > 0 && n_same >= STILL;
-  });
-  return n_points;
-}
 
 const button = (page: Page, name: string) => page.getByRole("button", { name, exact: true });
 
