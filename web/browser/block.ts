@@ -20,14 +20,18 @@ const FACES = [
   [1, 3, 7, 5],
 ] as const;
 
-/** Puts a block of this height on the stage. */
-export async function placeBlock(server: Server, height_mm: number): Promise<void> {
+/** A block of this height, 20 mm × 16 mm, in the middle of the stage. */
+export function block(height_mm: number): readonly Triangle[] {
   const corner = (idx: number): Corner => [idx & 1 ? 10 : -10, idx & 2 ? 8 : -8, idx & 4 ? height_mm : 0];
-  const triangles = FACES.flatMap(([a, b, c, d]): Triangle[] => [
+  return FACES.flatMap(([a, b, c, d]): Triangle[] => [
     [corner(a), corner(b), corner(c)],
     [corner(a), corner(c), corner(d)],
   ]);
-  await placePart(server, stlOf(triangles));
+}
+
+/** Puts a block of this height on the stage. */
+export async function placeBlock(server: Server, height_mm: number): Promise<void> {
+  await placePart(server, stlOf(block(height_mm)));
 }
 
 /** A recipe for the block: its height, within ±`tolerance_mm`, and the flatness of its top, without limits. */

@@ -4,7 +4,6 @@ import { describe, expect, test } from "vitest";
 import { ProblemError, type Schemas } from "../src/api/client";
 import { candidates, characteristicFrom, featureFrom, rolesOf } from "../src/pages/teach/composed";
 import {
-  boxInDatum,
   boxOf,
   EMPTY_PLAN,
   idFault,
@@ -108,16 +107,6 @@ describe("a plan", () => {
 test("the box of a feature without a region is unknown", () => {
   const { region: _, ...bare } = plane(400);
   expect(boxOf(bare)).toBeUndefined();
-});
-
-test("a region is turned into the datum frame as the box around it", () => {
-  const rotation = [
-    [0, -1, 0],
-    [1, 0, 0],
-    [0, 0, 1],
-  ];
-  const box = boxInDatum({ min: [1, 2, 3], max: [4, 6, 8] }, { rotation, translation_mm: [10, 0, -3] });
-  expect(box).toEqual({ min: [4, 1, 0], max: [8, 4, 5] });
 });
 
 describe("a characteristic from several features", () => {

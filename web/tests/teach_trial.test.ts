@@ -123,7 +123,7 @@ test("in a recipe that aligns the part, regions are in the datum frame of this s
   } as unknown as Plan;
   state.plan.value = plan;
   const first = await last(1);
-  expect(state.pose_missing).toBe(true);
+  expect(state.pose_blocked.value).toBe("Evaluating…");
   const pose = {
     rotation: [
       [0, -1, 0],
@@ -133,7 +133,7 @@ test("in a recipe that aligns the part, regions are in the datum frame of this s
     translation_mm: [10, 0, -3],
   };
   first.answer(said(plan, 0, null, { frame: "datum", datum_from_part: pose }));
-  await vi.waitFor(() => expect(state.pose_missing).toBe(false));
+  await vi.waitFor(() => expect(state.pose_blocked.value).toBeUndefined());
   state.choose("flatness");
   state.result.view.region.value = { min: [1, 2, 3], max: [4, 6, 8] };
   void state.measure.start();

@@ -39,7 +39,8 @@ interface Role {
   kinds: readonly Kind[];
 }
 
-const ANY: readonly Kind[] = ["plane", "line", "point"];
+/** Whatever has a place or a direction. */
+export const ANY: readonly Kind[] = ["plane", "line", "point"];
 
 /** The features of each measure, in the order in which they are asked for. */
 export const ROLES = {

@@ -73,7 +73,7 @@ function FeatureForm({ state }: { state: TeachState }) {
   const blocked =
     (fault && words.id_faults[fault]) ??
     (rim && chosen_plane === "" ? words.blocked_plane : undefined) ??
-    (state.pose_missing ? words.pose_missing : undefined);
+    state.pose_blocked.value;
   const add = () => {
     state.addFeature((region) => featureFrom(type.peek(), id.peek(), region, chosen_plane));
     id.value = "";
@@ -107,7 +107,12 @@ function CharacteristicForm({ state }: { state: TeachState }) {
   const chosen = useSignal<Readonly<Record<string, string>>>({});
   const made = characteristicFrom(composed.value, id.value, chosen.value);
   const fault = idFault(state.plan.value, id.value);
-  const blocked = made ? fault && words.id_faults[fault] : words.blocked_features;
+  const blocked =
+    composed.value.startsWith("coordinate") && !state.plan.value.alignment
+      ? words.blocked_unaligned
+      : made
+        ? fault && words.id_faults[fault]
+        : words.blocked_features;
   const add = () => {
     if (made) state.addCharacteristic(made);
     id.value = "";

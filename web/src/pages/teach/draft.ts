@@ -5,6 +5,7 @@ import type { Box } from "../../scene/cloud/cloud";
 import { type Vec3, vec3 } from "../../scene/cloud/shapes";
 import { AXES } from "../../scene/cloud/space";
 import type { Tool } from "../../state/choices";
+import { featuresBelow } from "../viewer/plan_on_cloud";
 
 export type Plan = Schemas["Plan"];
 export type Characteristic = Schemas["PlanCharacteristic"];
@@ -170,7 +171,7 @@ export function selectionOf(box: Box | undefined): Schemas["PlanSelection"] {
 }
 
 /** To 10 µm: a region needs no more, and stays readable. */
-function rounded(value_mm: number): number {
+export function rounded(value_mm: number): number {
   return Number(value_mm.toFixed(2));
 }
 
@@ -201,19 +202,8 @@ export function withoutCharacteristic(plan: Plan, id: string): Plan {
 }
 
 /** Ids of the features that the alignment and the characteristics use, directly or through other features. */
-function usedFeatures({ features, characteristics, alignment }: Plan): ReadonlySet<string> {
-  const used = new Set<string>();
-  const visit = (value: unknown) => {
-    if (typeof value === "string") {
-      const feature = features.find(({ id }) => id === value);
-      if (!feature || used.has(value)) return;
-      used.add(value);
-      visit(feature.shape);
-    } else if (typeof value === "object" && value !== null) Object.values(value).forEach(visit);
-  };
-  visit(alignment);
-  for (const { measure } of characteristics) visit(measure);
-  return used;
+function usedFeatures(plan: Plan): ReadonlySet<string> {
+  return featuresBelow(plan, [plan.alignment, plan.characteristics.map(({ measure }) => measure)]);
 }
 
 /** With another nominal value or limits of a characteristic. */
@@ -252,16 +242,6 @@ export function freeId(plan: Plan): string {
   }
 }
 
-/** A feature with its region turned into the datum frame; `pose`: that frame, if the plan aligns the part. */
-export function inFrameOfPlan(feature: PlanFeature, pose: Schemas["PoseDto"] | undefined): PlanFeature {
-  const { shape } = feature;
-  const region = "select" in shape ? shape.select?.region : undefined;
-  if (!pose || !("select" in shape) || region?.type !== "box") return feature;
-  const box = boxInDatum({ min: vec3(region.min_mm), max: vec3(region.max_mm) }, pose);
-  const select = { ...shape.select, region: { type: "box" as const, min_mm: box.min, max_mm: box.max } };
-  return { ...feature, shape: { ...shape, select } };
-}
-
 export function unitOf({ measure }: Characteristic): "mm" | "°" {
   return measure.type === "angle" ? "°" : "mm";
 }
@@ -280,23 +260,4 @@ export function limited(one: Characteristic, { nominal, lower, upper }: Limits):
     ...(lower !== undefined && { lower }),
     ...(upper !== undefined && { upper }),
   };
-}
-
-/** The axis-aligned box, in the datum frame, around a box of the part frame. */
-export function boxInDatum(
-  { min, max }: { min: Vec3; max: Vec3 },
-  { rotation, translation_mm }: Schemas["PoseDto"],
-): Box {
-  const shift = vec3(translation_mm);
-  const found: Box = { min: [Infinity, Infinity, Infinity], max: [-Infinity, -Infinity, -Infinity] };
-  for (let corner = 0; corner < 8; corner++) {
-    const at = AXES.map((axis) => ((corner >> axis) & 1 ? max : min)[axis]);
-    for (const axis of AXES) {
-      const row = rotation[axis] ?? [];
-      const value = shift[axis] + at.reduce((sum, one, idx) => sum + one * (row[idx] ?? 0), 0);
-      found.min[axis] = Math.min(found.min[axis], value);
-      found.max[axis] = Math.max(found.max[axis], value);
-    }
-  }
-  return found;
 }

@@ -15,6 +15,7 @@ import { MeshTool } from "../result/mesh_tool";
 import { findScan } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { CloudView } from "../viewer/cloud_view";
+import { AlignmentCard } from "./alignment/card";
 import { ComposedCard } from "./composed_card";
 import { PlanCard } from "./plan_card";
 import { PublishCard } from "./recipe/publish_card";
@@ -89,6 +90,7 @@ function TeachOn({ scan, inspection }: { scan: Scan; inspection: Inspection | un
           <RecipeCard recipe={state.recipe} />
           <ToolCard state={state} />
           <ComposedCard state={state} />
+          <AlignmentCard state={state} />
           <SurfaceCard state={state} />
         </div>
       </div>

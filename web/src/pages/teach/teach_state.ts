@@ -4,13 +4,16 @@ import { batch, computed, effect, type ReadonlySignal, signal } from "@preact/si
 import { data } from "../../api/client";
 import type { App } from "../../app";
 import type { Box } from "../../scene/cloud/cloud";
+import { inverse, type Pose } from "../../scene/cloud/fitted";
 import type { CloudViewer } from "../../scene/view/viewer";
 import type { CharacteristicResult, Inspection } from "../../state/records/inspections";
 import { Command } from "../../state/station/command";
+import { text } from "../../text";
 import { ResultState } from "../result/result_state";
 import type { Scan } from "../result/scan_record";
 import { PlanOnCloud } from "../viewer/plan_on_cloud";
 import { SurfaceDeviations } from "../viewer/surface_deviations";
+import { type Alignment, inFrame, withAlignment } from "./alignment/frame";
 import {
   type Candidate,
   type Characteristic,
@@ -19,7 +22,6 @@ import {
   FOUND_BY,
   freeId,
   idFault,
-  inFrameOfPlan,
   type Limits,
   limited,
   type Parts,
@@ -65,9 +67,19 @@ export class TeachState {
     this.candidate.value ? this.results.value.get(this.trial_id.value) : undefined,
   );
   /** The datum frame of this part, if the plan has an alignment and its features were found. */
-  readonly pose = computed(() => {
-    const { datum_from_part } = this.trial.answered.value?.said ?? {};
-    return this.plan.value.alignment ? (datum_from_part ?? undefined) : undefined;
+  readonly pose = computed<Pose | undefined>(() => {
+    const { alignment } = this.plan.value;
+    const { plan, said } = this.trial.answered.value ?? {};
+    const known = this.aligned.value;
+    if (!alignment) return undefined;
+    if (plan?.alignment === alignment && said?.datum_from_part) return said.datum_from_part;
+    return known?.alignment === alignment ? known.pose : undefined;
+  });
+  /** Why no region can be added: the plan aligns the part, but the datum frame of this part is unknown. */
+  readonly pose_blocked = computed(() => {
+    const words = text.value.teach;
+    if (!this.plan.value.alignment || this.pose.value) return undefined;
+    return this.trial.running.value ? words.evaluating : words.pose_missing;
   });
   /** The characteristic that is highlighted on the cloud. */
   readonly current = signal<string | undefined>(undefined);
@@ -81,6 +93,10 @@ export class TeachState {
   readonly recipe: RecipeState;
   readonly id_fault = computed(() => idFault(this.plan.value, this.id.value));
   readonly measure: Command;
+  /** The alignment that was made here, with its datum frame. */
+  private readonly aligned = signal<{ alignment: Alignment; pose: Pose } | undefined>(undefined);
+  /** Features as they were in the frame of the scan: a box that is turned twice is larger. */
+  private readonly in_scan = new WeakMap<PlanFeature, PlanFeature>();
   private viewer: CloudViewer | undefined;
   private end_feed: (() => void) | undefined;
   private evaluating: Promise<void> = Promise.resolve();
@@ -135,11 +151,6 @@ export class TeachState {
     else this.on_cloud.peek()?.show(id, this.result.view);
   }
 
-  /** Whether the plan aligns the part, but the datum frame of this part is unknown. */
-  get pose_missing(): boolean {
-    return this.plan.value.alignment != null && this.pose.value === undefined;
-  }
-
   /** Replaces the plan; what was added to it is lost. */
   replacePlan(plan: Plan): void {
     this.trial.clear();
@@ -171,7 +182,7 @@ export class TeachState {
 
   /** Adds a feature that is searched in the region. */
   addFeature(from: (region: Box | undefined) => PlanFeature): void {
-    const feature = inFrameOfPlan(from(this.region()), this.pose.peek());
+    const feature = this.inFrameOfPlan(from(this.region()));
     const plan = this.plan.peek();
     this.plan.value = { ...plan, features: [...plan.features, feature] };
   }
@@ -182,6 +193,35 @@ export class TeachState {
 
   remove(id: string): void {
     this.plan.value = withoutCharacteristic(this.plan.peek(), id);
+  }
+
+  /** Aligns the plan by datums whose frame is `pose` on this scan. */
+  align(alignment: Alignment, pose: Pose): void {
+    batch(() => {
+      this.aligned.value = { alignment, pose };
+      this.plan.value = withAlignment(this.plan.peek(), alignment, (feature) => this.moved(feature, pose));
+    });
+  }
+
+  /** Removes the alignment: all regions are in the frame of the scan again. */
+  unalign(): void {
+    const pose = this.pose.peek();
+    if (!pose) return;
+    const back = inverse(pose);
+    const moveBack = (feature: PlanFeature) => this.in_scan.get(feature) ?? inFrame(feature, back);
+    this.plan.value = withAlignment(this.plan.peek(), undefined, moveBack);
+  }
+
+  /** A feature that was selected on the scan, in the frame of the plan. */
+  private inFrameOfPlan(feature: PlanFeature): PlanFeature {
+    const pose = this.pose.peek();
+    return pose ? this.moved(feature, pose) : feature;
+  }
+
+  private moved(feature: PlanFeature, pose: Pose): PlanFeature {
+    const moved = inFrame(feature, pose);
+    this.in_scan.set(moved, feature);
+    return moved;
   }
 
   private region(): Box | undefined {
@@ -216,9 +256,8 @@ export class TeachState {
   /** The features and the characteristic of a candidate, in the frame of the plan, with its limits. */
   private partsOf({ taught, region, found }: Candidate, id: string): Parts {
     const { features, characteristic } = partsOf(taught, id, region, found);
-    const pose = this.pose.peek();
     return {
-      features: features.map((feature) => inFrameOfPlan(feature, pose)),
+      features: features.map((feature) => this.inFrameOfPlan(feature)),
       characteristic: limited(characteristic, this.limits.value),
     };
   }

@@ -96,10 +96,7 @@ export function ToolCard({ state }: { state: TeachState }) {
 }
 
 function blockedMeasure(state: TeachState): string | undefined {
-  const words = text.value.teach;
-  if (!state.scan.cloud) return words.no_cloud;
-  if (!state.pose_missing) return undefined;
-  return state.trial.running.value ? words.evaluating : words.pose_missing;
+  return state.scan.cloud ? state.pose_blocked.value : text.value.teach.no_cloud;
 }
 
 function Add({ state, fault }: { state: TeachState; fault: string | undefined }) {

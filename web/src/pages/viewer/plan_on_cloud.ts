@@ -126,7 +126,10 @@ function featuresIn({ features }: Plan, part: unknown): ReadonlySet<string> {
   const found = new Set<string>();
   const visit = (value: unknown) => {
     if (typeof value === "string" && features.some(({ id }) => id === value)) found.add(value);
-    else if (typeof value === "object" && value !== null) Object.values(value).forEach(visit);
+    else if (typeof value === "object" && value !== null) {
+      // A feature may be called like a type.
+      for (const [name, part] of Object.entries(value)) if (name !== "type") visit(part);
+    }
   };
   visit(part);
   return found;

@@ -27,7 +27,7 @@ export function moved({ rotation, translation_mm }: Pose, at: Vec3): Vec3 {
 }
 
 /** Applies the rotation of a pose to a direction. */
-function turned({ rotation }: Pose, direction: Vec3): Vec3 {
+export function turned({ rotation }: Pose, direction: Vec3): Vec3 {
   return vec3(AXES.map((axis) => dotRow(rotation[axis], direction)));
 }
 
