@@ -2915,8 +2915,8 @@ export interface components {
             id: string;
             /** @description Its name. */
             name: string;
-            /** @description Origin: `upload`, `calibration` or `scan`. */
-            origin: string;
+            /** @description Origin. */
+            origin: components["schemas"]["CaptureOriginDto"];
             /**
              * Format: int64
              * @description Size of the archive.
@@ -2925,6 +2925,11 @@ export interface components {
             /** @description Summary of the manifest. */
             summary: components["schemas"]["CaptureSummaryDto"];
         };
+        /**
+         * @description Origin of a capture.
+         * @enum {string}
+         */
+        CaptureOriginDto: "upload" | "calibration" | "scan";
         /** @description A scan of a capture. */
         CaptureScanDto: {
             /**
@@ -3750,8 +3755,8 @@ export interface components {
             datum_from_part?: components["schemas"]["PoseDto"] | null;
             /** @description The features, in the order of the plan. */
             features: components["schemas"]["PlanFeatureDto"][];
-            /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
-            frame: string;
+            /** @description The frame of all geometry. */
+            frame: components["schemas"]["PlanFrameDto"];
             /** @description The characteristics, in the order of the plan. */
             results: components["schemas"]["CharacteristicResultDto"][];
             /** @description The scan. */
@@ -4200,11 +4205,16 @@ export interface components {
         };
         /** @description A finding that questions the fitted model. */
         FindingDto: {
-            /** @description Its code: `model_misfit`, `off_surface`, `short_arc`. */
-            kind: string;
+            /** @description What it questions. */
+            kind: components["schemas"]["FindingKindDto"];
             /** @description Its text. */
             text: string;
         };
+        /**
+         * @description What a finding questions.
+         * @enum {string}
+         */
+        FindingKindDto: "model_misfit" | "off_surface" | "short_arc";
         /** @description Frame counts since the service started: exposed = arrived + dropped. */
         FrameCountsDto: {
             /**
@@ -4511,8 +4521,8 @@ export interface components {
             datum_from_part?: components["schemas"]["PoseDto"] | null;
             /** @description The features; only in a single inspection. */
             features?: components["schemas"]["PlanFeatureDto"][] | null;
-            /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
-            frame: string;
+            /** @description The frame of all geometry. */
+            frame: components["schemas"]["PlanFrameDto"];
             /** @description Its id. */
             id: string;
             /** @description The job that made it. */
@@ -5116,8 +5126,8 @@ export interface components {
                 id: string;
                 /** @description Its name. */
                 name: string;
-                /** @description Origin: `upload`, `calibration` or `scan`. */
-                origin: string;
+                /** @description Origin. */
+                origin: components["schemas"]["CaptureOriginDto"];
                 /**
                  * Format: int64
                  * @description Size of the archive.
@@ -5187,8 +5197,8 @@ export interface components {
                 datum_from_part?: components["schemas"]["PoseDto"] | null;
                 /** @description The features; only in a single inspection. */
                 features?: components["schemas"]["PlanFeatureDto"][] | null;
-                /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
-                frame: string;
+                /** @description The frame of all geometry. */
+                frame: components["schemas"]["PlanFrameDto"];
                 /** @description Its id. */
                 id: string;
                 /** @description The job that made it. */
@@ -6208,8 +6218,8 @@ export interface components {
             geometry?: components["schemas"]["GeometryDto"] | null;
             /** @description Its id in the plan. */
             id: string;
-            /** @description Its kind: `plane`, `circle`, … */
-            kind: string;
+            /** @description Its kind. */
+            kind: components["schemas"]["PlanFeatureKindDto"];
             /** @description Points on or inside it that were not used. */
             n_left_out: number;
             /** @description Number of points used in the fit (for a rim: edge crossings). */
@@ -6220,6 +6230,11 @@ export interface components {
              */
             rms_mm?: number | null;
         };
+        /**
+         * @description Kind of a feature of a plan.
+         * @enum {string}
+         */
+        PlanFeatureKindDto: "plane" | "sphere" | "cylinder" | "circle" | "slot" | "edge" | "section" | "line" | "point";
         /** @description Fitted shapes and constructed features. */
         PlanFeatureShape: {
             /**
@@ -6316,11 +6331,16 @@ export interface components {
         PlanFindingDto: {
             /** @description The feature; absent in the list of a feature itself. */
             feature?: string | null;
-            /** @description Its code: `model_misfit`, `off_surface`, `short_arc`. */
-            kind: string;
+            /** @description What it questions. */
+            kind: components["schemas"]["FindingKindDto"];
             /** @description Its text. */
             text: string;
         };
+        /**
+         * @description Frame of the geometry of a result.
+         * @enum {string}
+         */
+        PlanFrameDto: "datum" | "part";
         /** @description How a line is constructed. */
         PlanLineOf: {
             planes: string[];

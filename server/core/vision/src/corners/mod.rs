@@ -22,7 +22,10 @@ mod params;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use statistics::median;
+use statrs::function::erf::erf;
 
 use crate::GreyImage;
 
@@ -232,4 +235,9 @@ fn board_from_lattice(
             Err(CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows })
         }
     }
+}
+
+/// erf(x/√2) and exp(−x²/2).
+fn erf_and_gauss(x: f64) -> (f64, f64) {
+    (erf(x * FRAC_1_SQRT_2), (-0.5 * x * x).exp())
 }

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
 
 use crate::GreyImage;
+use crate::corners::erf_and_gauss;
 
 use super::super::params::{
     DISC_BAND_PX, DISC_GAP_FRACTION, DISC_MAX_ITERATIONS, DISC_MAX_RESIDUAL_RATIO, DISC_MAX_SHIFT_PX,
@@ -208,13 +209,4 @@ fn sums(samples: &[Sample], state: &Params, unit_px: f64, limit: f64) -> Sums {
         sums.squares[1] += residual * residual;
     }
     sums
-}
-
-/// erf(x/√2) and exp(−x²/2). Abramowitz & Stegun 7.1.26, absolute error below 1.5·10⁻⁷.
-fn erf_and_gauss(x: f64) -> (f64, f64) {
-    let gauss = (-0.5 * x * x).exp();
-    let t = 1.0 / (1.0 + 0.327_591_1 * std::f64::consts::FRAC_1_SQRT_2 * x.abs());
-    let poly = t
-        * (0.254_829_592 + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
-    ((1.0 - poly * gauss).copysign(x), gauss)
 }

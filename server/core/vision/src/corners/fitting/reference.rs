@@ -4,11 +4,12 @@
 // Matrix loops in mathematical notation.
 #![allow(clippy::needless_range_loop)]
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::PI;
 
 use super::fit::{N, NoiseModel, Window};
 use super::model::CrossShape;
 use super::sums::{CornerState, Sums, accumulate, accumulate_levels, box_terms, expected_levels};
+use crate::corners::erf_and_gauss;
 use crate::corners::params::TUKEY_SIGMAS;
 
 /// Value of the blurred crossing, −1 … 1, and its derivatives.
@@ -92,18 +93,6 @@ impl Cross {
         let bend = self.curvature_per_px[k] * along;
         [n[0] + bend * n[1], n[1] - bend * n[0]]
     }
-}
-
-/// erf(x/√2) and exp(−x²/2). Abramowitz & Stegun 7.1.26, absolute error below 1.5·10⁻⁷; beyond six sigmas 1 and 0.
-fn erf_and_gauss(x: f64) -> (f64, f64) {
-    if x.abs() > 6.0 {
-        return (1f64.copysign(x), 0.0);
-    }
-    let gauss = (-0.5 * x * x).exp();
-    let t = 1.0 / (1.0 + 0.327_591_1 * FRAC_1_SQRT_2 * x.abs());
-    let poly = t
-        * (0.254_829_592 + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
-    ((1.0 - poly * gauss).copysign(x), gauss)
 }
 
 fn level_basis(x: f64, y: f64, s: f64) -> [f64; 6] {

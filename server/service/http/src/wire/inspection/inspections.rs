@@ -10,7 +10,9 @@ use serde::Serialize;
 use store::{DamagedRow, InspectionRecord};
 use utoipa::ToSchema;
 
-use crate::wire::inspection::results::{CharacteristicResultDto, PlanFeatureDto, PlanResultDto, PoseDto};
+use crate::wire::inspection::results::{
+    CharacteristicResultDto, PlanFeatureDto, PlanFrameDto, PlanResultDto, PoseDto,
+};
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::parse_stored;
 use crate::wire::recipe::recipes::version_href;
@@ -59,8 +61,8 @@ pub struct InspectionDto {
     pub verdict: VerdictDto,
     /// The characteristics, in the order of the plan.
     pub results: Vec<CharacteristicResultDto>,
-    /// The frame of all geometry: `datum`, or `part` (the frame of the scan).
-    pub frame: String,
+    /// The frame of all geometry.
+    pub frame: PlanFrameDto,
     /// The datum frame, if there is one; only in a single inspection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub datum_from_part: Option<PoseDto>,

@@ -9,13 +9,24 @@ use utoipa::openapi::{RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::wire::inspection::comparison::ComparisonDto;
+use crate::wire::measurement::measurement_results::FindingKindDto;
 use crate::wire::measurement::measurements::VerdictDto;
+
+/// Frame of the geometry of a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanFrameDto {
+    /// The datum frame of the plan.
+    Datum,
+    /// The frame of the scan: there is no datum frame.
+    Part,
+}
 
 /// Results of a plan on a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResultDto {
-    /// The frame of all geometry: `datum`, or `part` (the frame of the scan) if there is no datum frame.
-    pub frame: String,
+    /// The frame of all geometry.
+    pub frame: PlanFrameDto,
     /// The datum frame, if there is one.
     pub datum_from_part: Option<PoseDto>,
     /// Why there is no datum frame.
@@ -109,10 +120,34 @@ pub struct PlanFindingDto {
     /// The feature; absent in the list of a feature itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feature: Option<String>,
-    /// Its code: `model_misfit`, `off_surface`, `short_arc`.
-    pub kind: String,
+    /// What it questions.
+    pub kind: FindingKindDto,
     /// Its text.
     pub text: String,
+}
+
+/// Kind of a feature of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanFeatureKindDto {
+    /// A plane.
+    Plane,
+    /// A sphere.
+    Sphere,
+    /// A cylinder.
+    Cylinder,
+    /// A round rim of a plane.
+    Circle,
+    /// A rim of a plane in the shape of a slot.
+    Slot,
+    /// A straight rim of a plane.
+    Edge,
+    /// The points of a slice.
+    Section,
+    /// A line that follows from other features.
+    Line,
+    /// A point that follows from other features.
+    Point,
 }
 
 /// A fitted feature.
@@ -120,8 +155,8 @@ pub struct PlanFindingDto {
 pub struct PlanFeatureDto {
     /// Its id in the plan.
     pub id: String,
-    /// Its kind: `plane`, `circle`, …
-    pub kind: String,
+    /// Its kind.
+    pub kind: PlanFeatureKindDto,
     /// Its geometry; absent for a section, and if it was not found.
     pub geometry: Option<GeometryDto>,
     /// Number of points used in the fit (for a rim: edge crossings).

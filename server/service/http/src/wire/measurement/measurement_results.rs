@@ -91,11 +91,23 @@ pub struct MeasurementResultDto {
     pub scan_state: ScanStateDto,
 }
 
+/// What a finding questions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FindingKindDto {
+    /// Noise and form do not explain the residuals.
+    ModelMisfit,
+    /// Points inside the outline of the feature are off its surface.
+    OffSurface,
+    /// The points cover too short an arc to determine the radius.
+    ShortArc,
+}
+
 /// A finding that questions the fitted model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FindingDto {
-    /// Its code: `model_misfit`, `off_surface`, `short_arc`.
-    pub kind: String,
+    /// What it questions.
+    pub kind: FindingKindDto,
     /// Its text.
     pub text: String,
 }

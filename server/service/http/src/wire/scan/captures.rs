@@ -1,10 +1,23 @@
 //! Captures on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use store::{CaptureRecord, DamagedRow};
 use utoipa::ToSchema;
 
 use crate::wire::parse_stored;
+
+/// Origin of a capture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CaptureOriginDto {
+    /// Uploaded by a client.
+    Upload,
+    /// Captured for a calibration.
+    Calibration,
+    /// The frames of a scan.
+    Scan,
+}
 
 /// A set of images with its manifest.
 #[derive(Debug, Serialize, ToSchema)]
@@ -13,8 +26,8 @@ pub struct CaptureDto {
     pub id: String,
     /// Its name.
     pub name: String,
-    /// Origin: `upload`, `calibration` or `scan`.
-    pub origin: String,
+    /// Origin.
+    pub origin: CaptureOriginDto,
     /// Size of the archive.
     pub size_bytes: u64,
     /// Summary of the manifest.
@@ -75,11 +88,12 @@ impl TryFrom<CaptureRecord> for CaptureDto {
 
     fn try_from(record: CaptureRecord) -> Result<Self, DamagedRow> {
         let summary = parse_stored("capture", &record.id, record.summary)?;
+        let origin = parse_stored("capture", &record.id, Value::String(record.origin))?;
         Ok(Self {
             archive: format!("{}/archive", capture_href(&record.id)),
             id: record.id,
             name: record.name,
-            origin: record.origin,
+            origin,
             size_bytes: record.size_bytes,
             summary,
             created_at_ms: record.created_at_ms,
