@@ -1,5 +1,7 @@
 //! The image type of the processing core: one channel, 8 or 16 bit, row-major.
 
+use crate::LineDirection;
+
 /// Grey levels, row-major, top row first.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pixels {
@@ -27,6 +29,8 @@ pub struct GreyImage {
     width: usize,
     height: usize,
     pixels: Pixels,
+    /// See [`GreyImage::hidden_noise`].
+    hidden_noise: f32,
 }
 
 /// Why an image cannot be created from a buffer.
@@ -85,7 +89,7 @@ impl GreyImage {
         if got != needed {
             return Err(ImageError::WrongLength { width, height, needed, got });
         }
-        Ok(Self { width, height, pixels })
+        Ok(Self { width, height, pixels, hidden_noise: 0.0 })
     }
 
     /// Makes this an 8-bit image of `width` × `height` in the same memory and returns its pixels for writing; their
@@ -99,7 +103,7 @@ impl GreyImage {
         if !matches!(self.pixels, Pixels::Eight(_)) {
             self.pixels = Pixels::Eight(Vec::new());
         }
-        (self.width, self.height) = (width, height);
+        (self.width, self.height, self.hidden_noise) = (width, height, 0.0);
         match &mut self.pixels {
             Pixels::Eight(pixels) => {
                 pixels.resize(width * height, 0);
@@ -119,7 +123,7 @@ impl GreyImage {
         if !matches!(self.pixels, Pixels::Sixteen(_)) {
             self.pixels = Pixels::Sixteen(Vec::new());
         }
-        (self.width, self.height) = (width, height);
+        (self.width, self.height, self.hidden_noise) = (width, height, 0.0);
         match &mut self.pixels {
             Pixels::Sixteen(pixels) => {
                 pixels.resize(width * height, 0);
@@ -127,6 +131,19 @@ impl GreyImage {
             }
             Pixels::Eight(_) => unreachable!("replaced above"),
         }
+    }
+
+    /// Standard deviation, in grey levels, of noise that the levels no longer show where they were clamped at zero: that of
+    /// a difference of images or colours. Zero for other images.
+    pub fn hidden_noise(&self) -> f32 {
+        self.hidden_noise
+    }
+
+    /// The image with [`GreyImage::hidden_noise`].
+    #[must_use]
+    pub fn with_hidden_noise(mut self, sigma: f32) -> Self {
+        self.hidden_noise = sigma;
+        self
     }
 
     /// Columns.
@@ -187,13 +204,26 @@ impl GreyImage {
         self.at(u, v) >= self.full_scale()
     }
 
+    /// The image with the mean of `n_px` pixels along `direction` in place of each pixel; at the border, of those inside the
+    /// image. `n_px` is odd.
+    pub fn smoothed(&self, direction: LineDirection, n_px: usize) -> Self {
+        if direction == LineDirection::Columns {
+            return self.transposed().smoothed(LineDirection::Rows, n_px).transposed();
+        }
+        let pixels = match &self.pixels {
+            Pixels::Eight(levels) => Pixels::Eight(smoothed_rows(levels, self.width, n_px)),
+            Pixels::Sixteen(levels) => Pixels::Sixteen(smoothed_rows(levels, self.width, n_px)),
+        };
+        Self { pixels, hidden_noise: self.hidden_noise / (n_px as f32).sqrt(), ..*self }
+    }
+
     /// The transposed image: columns become rows.
     pub fn transposed(&self) -> Self {
         let pixels = match &self.pixels {
             Pixels::Eight(_) => Pixels::Eight(vec![]),
             Pixels::Sixteen(_) => Pixels::Sixteen(vec![]),
         };
-        let mut turned = Self { width: 0, height: 0, pixels };
+        let mut turned = Self { width: 0, height: 0, pixels, hidden_noise: 0.0 };
         self.transpose_into(&mut turned);
         turned
     }
@@ -209,8 +239,18 @@ impl GreyImage {
                 return;
             }
         }
-        (turned.width, turned.height) = (h, w);
+        (turned.width, turned.height, turned.hidden_noise) = (h, w, self.hidden_noise);
     }
+}
+
+/// Rows of levels, each the mean of itself and its neighbours in the row, rounded.
+fn smoothed_rows<T: Copy + Into<u32> + TryFrom<u32>>(levels: &[T], width: usize, n_px: usize) -> Vec<T> {
+    let mean = |row: &[T], u: usize| {
+        let near = &row[u.saturating_sub(n_px / 2)..(u + n_px / 2 + 1).min(row.len())];
+        let (sum, n) = (near.iter().map(|&level| level.into()).sum::<u32>(), near.len() as u32);
+        T::try_from((sum + n / 2) / n).unwrap_or(row[u])
+    };
+    levels.chunks_exact(width).flat_map(|row| (0..width).map(move |u| mean(row, u))).collect()
 }
 
 /// Side of the blocks that are transposed in registers.

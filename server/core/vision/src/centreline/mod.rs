@@ -181,13 +181,14 @@ impl CentrelineExtractor {
     fn along_rows(&mut self, image: &GreyImage, method: CentrelineMethod, found: &mut Centrelines) {
         found.direction = LineDirection::Rows;
         let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
+        let hidden_noise = image.hidden_noise();
         match image.pixels() {
             Pixels::Eight(pixels) => {
-                let view = View { pixels, width, height, full_scale };
+                let view = View { pixels, width, height, full_scale, hidden_noise };
                 extract(&view, fast::extract_eight, &mut self.eight, &mut self.levels, method, found);
             }
             Pixels::Sixteen(pixels) => {
-                let view = View { pixels, width, height, full_scale };
+                let view = View { pixels, width, height, full_scale, hidden_noise };
                 extract(&view, fast::extract_sixteen, &mut self.sixteen, &mut self.levels, method, found);
             }
         }

@@ -16,12 +16,14 @@ pub struct Enlarged<T> {
     width: usize,
     height: usize,
     full_scale: f32,
+    hidden_noise: f32,
 }
 
 impl<T> Enlarged<T> {
     /// The copy as a view.
     pub fn view(&self) -> View<'_, T> {
-        View { pixels: &self.pixels, width: self.width, height: self.height, full_scale: self.full_scale }
+        let Self { width, height, full_scale, hidden_noise, .. } = *self;
+        View { pixels: &self.pixels, width, height, full_scale, hidden_noise }
     }
 }
 
@@ -35,7 +37,7 @@ pub fn enlarged<T: Level>(view: &View<T>) -> Enlarged<T> {
     };
     let pixel = |at: usize| view.row(mirrored(at / width, view.height))[mirrored(at % width, view.width)];
     let pixels = (0..width * height).map(pixel).collect();
-    Enlarged { pixels, width, height, full_scale: view.full_scale }
+    Enlarged { pixels, width, height, full_scale: view.full_scale, hidden_noise: view.hidden_noise }
 }
 
 /// Keeps only the points in the first `width` columns and `height` rows.

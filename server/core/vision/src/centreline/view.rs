@@ -230,6 +230,8 @@ pub struct View<'a, T> {
     pub height: usize,
     /// The largest grey level.
     pub full_scale: f32,
+    /// See [`crate::GreyImage::hidden_noise`].
+    pub hidden_noise: f32,
 }
 
 impl<T: Level> View<'_, T> {

@@ -60,11 +60,13 @@ impl AmbientLight {
 
     /// Excess of the colour over ambient light in a pixel; zero where there is none.
     pub(super) fn excess<T: Level>(&self, rgb: [T; 3]) -> T {
+        T::nearest(self.signed_excess(rgb.map(Into::into)))
+    }
+
+    /// The same, negative where there is less of the colour.
+    pub(super) fn signed_excess(&self, rgb: [f32; 3]) -> f32 {
         let [a, b] = self.others.map(|other| rgb[other]);
-        match self.weights {
-            Some([of_a, of_b]) => T::nearest(rgb[self.colour].into() - of_a * a.into() - of_b * b.into()),
-            None => rgb[self.colour].above(a.max(b)),
-        }
+        rgb[self.colour] - self.weights.map_or(a.max(b), |[of_a, of_b]| of_a * a + of_b * b)
     }
 }
 

@@ -1,11 +1,13 @@
 //! Grey and colour images as delivered by cameras, and the channel that is evaluated.
 
 mod ambient_light;
+mod hidden_noise;
 
 use std::borrow::Cow;
 
 use crate::{GreyImage, ImageError, Pixels};
 use ambient_light::AmbientLight;
+use hidden_noise::hidden_noise;
 
 /// How the grey levels are derived from a colour image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -80,6 +82,8 @@ pub struct ColourImage {
     height: usize,
     /// Red, green, blue, pixel by pixel.
     pixels: Pixels,
+    /// As [`GreyImage::hidden_noise`], of each colour.
+    hidden_noise: [f32; 3],
 }
 
 impl ColourImage {
@@ -99,7 +103,7 @@ impl ColourImage {
         if got != needed {
             return Err(ImageError::WrongLength { width, height, needed, got });
         }
-        Ok(Self { width, height, pixels })
+        Ok(Self { width, height, pixels, hidden_noise: [0.0; 3] })
     }
 
     /// Columns.
@@ -141,24 +145,33 @@ impl ColourImage {
 
     /// The grey levels of one channel, with the bit depth of the image.
     pub fn channel(&self, channel: Channel) -> GreyImage {
-        let pixels = match (channel.colour(), channel == channel.for_boards()) {
+        let of_colours = self.hidden_noise;
+        let (pixels, sigma) = match (channel.colour(), channel == channel.for_boards()) {
             (Some(colour), false) => {
                 let light = AmbientLight::of(self, colour);
-                match &self.pixels {
-                    Pixels::Eight(p) => Pixels::Eight(triples(p).map(|rgb| light.excess(rgb)).collect()),
-                    Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(|rgb| light.excess(rgb)).collect()),
-                }
+                let signed = |u, v| light.signed_excess(self.at(u, v));
+                let sigma = hidden_noise(self.width, self.height, signed).max(of_colours[colour]);
+                (self.pixel_by_pixel(|rgb| light.excess(rgb), |rgb| light.excess(rgb)), sigma)
             }
-            (Some(colour), true) => match &self.pixels {
-                Pixels::Eight(p) => Pixels::Eight(triples(p).map(|rgb| rgb[colour]).collect()),
-                Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(|rgb| rgb[colour]).collect()),
-            },
-            (None, _) => match &self.pixels {
-                Pixels::Eight(p) => Pixels::Eight(triples(p).map(Level::luma).collect()),
-                Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(Level::luma).collect()),
-            },
+            (Some(colour), true) => {
+                (self.pixel_by_pixel(|rgb| rgb[colour], |rgb| rgb[colour]), of_colours[colour])
+            }
+            (None, _) => {
+                let weighted = |(sigma, weight): (f32, u64)| (sigma * weight as f32 / LUMA_UNIT as f32).powi(2);
+                let sigma = of_colours.into_iter().zip(LUMA_WEIGHTS).map(weighted).sum::<f32>().sqrt();
+                (self.pixel_by_pixel(Level::luma, Level::luma), sigma)
+            }
         };
-        GreyImage::new(self.width, self.height, pixels).expect("a third of the samples fits the same sides")
+        let image = GreyImage::new(self.width, self.height, pixels);
+        image.expect("a third of the samples fits the same sides").with_hidden_noise(sigma)
+    }
+
+    /// One level of every pixel, in either bit depth.
+    fn pixel_by_pixel(&self, eight: impl Fn([u8; 3]) -> u8, sixteen: impl Fn([u16; 3]) -> u16) -> Pixels {
+        match &self.pixels {
+            Pixels::Eight(p) => Pixels::Eight(triples(p).map(eight).collect()),
+            Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(sixteen).collect()),
+        }
     }
 
     /// Whether red, green and blue are equal everywhere: the image of a monochrome camera in a colour file.
@@ -194,12 +207,17 @@ impl CameraImage {
         if let (Self::Grey(on), Self::Grey(off)) = (self, off) {
             let same_size = (on.width(), on.height()) == (off.width(), off.height());
             let pixels = same_size.then(|| difference(on.pixels(), off.pixels())).flatten()?;
-            return GreyImage::new(on.width(), on.height(), pixels).ok().map(Self::Grey);
+            let sigma = hidden_noise(on.width(), on.height(), |u, v| on.at(u, v) - off.at(u, v));
+            let image = GreyImage::new(on.width(), on.height(), pixels).ok()?;
+            return Some(Self::Grey(image.with_hidden_noise(sigma)));
         }
         let (on, off) = (self.to_colour(), off.to_colour());
         let same_size = (on.width, on.height) == (off.width, off.height);
         let pixels = same_size.then(|| difference(&on.pixels, &off.pixels)).flatten()?;
-        ColourImage::new(on.width, on.height, pixels).ok().map(Self::Colour)
+        let mut image = ColourImage::new(on.width, on.height, pixels).ok()?;
+        image.hidden_noise = [0, 1, 2]
+            .map(|colour| hidden_noise(on.width, on.height, |u, v| on.at(u, v)[colour] - off.at(u, v)[colour]));
+        Some(Self::Colour(image))
     }
 
     /// Whether a pixel, column and row, is at full scale: the colour of this channel or, for luma, any colour.
@@ -226,7 +244,8 @@ impl CameraImage {
                     Pixels::Eight(p) => Pixels::Eight(tripled(p)),
                     Pixels::Sixteen(p) => Pixels::Sixteen(tripled(p)),
                 };
-                Cow::Owned(ColourImage { width: image.width(), height: image.height(), pixels })
+                let hidden_noise = [image.hidden_noise(); 3];
+                Cow::Owned(ColourImage { width: image.width(), height: image.height(), pixels, hidden_noise })
             }
         }
     }
@@ -289,15 +308,17 @@ trait Level: Copy + Ord + Into<f32> {
     fn nearest(level: f32) -> Self;
 }
 
-/// Weights of ITU-R BT.601 in 65536ths; they sum to one.
+/// Weights of ITU-R BT.601.
 const LUMA_WEIGHTS: [u64; 3] = [19595, 38470, 7471];
+/// Their sum.
+const LUMA_UNIT: u64 = 1 << 16;
 
 macro_rules! level {
     ($($t:ty),*) => {$(
         impl Level for $t {
             fn luma(rgb: [Self; 3]) -> Self {
                 let sum: u64 = rgb.iter().zip(LUMA_WEIGHTS).map(|(&level, weight)| u64::from(level) * weight).sum();
-                ((sum + (1 << 15)) >> 16) as Self
+                ((sum + LUMA_UNIT / 2) / LUMA_UNIT) as Self
             }
 
             fn above(self, other: Self) -> Self {

@@ -30,7 +30,7 @@ fn levels(width: usize, height: usize) -> Vec<u8> {
 const SIZE: (usize, usize) = (541, 213);
 
 fn view<T>(pixels: &[T], full_scale: f32) -> View<'_, T> {
-    View { pixels, width: SIZE.0, height: SIZE.1, full_scale }
+    View { pixels, width: SIZE.0, height: SIZE.1, full_scale, hidden_noise: 0.0 }
 }
 
 fn eight(pixels: &[u8]) -> Centrelines {

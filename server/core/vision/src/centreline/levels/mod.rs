@@ -46,7 +46,9 @@ impl Levels {
             let rows = 1 << shift;
             let gain = binned(view, shift, &mut self.pixels);
             let (height, full_scale) = (view.height >> shift, view.full_scale * gain);
-            let level = View { pixels: &self.pixels, width: view.width, height, full_scale };
+            // The mean of several rows.
+            let hidden_noise = view.hidden_noise * gain / (rows as f32).sqrt();
+            let level = View { pixels: &self.pixels, width: view.width, height, full_scale, hidden_noise };
             self.memory.search_width(base_px);
             fast::extract_sixteen(&level, &mut self.memory, &mut self.coarse);
             let points = self.coarse.segments.iter_mut().flat_map(|line| &mut line.points);

@@ -35,7 +35,7 @@ impl<T: Level> PixelNoise<T> {
     /// Measures the tiles whose first row is `v0`; rows of tiles come in order.
     #[inline(always)]
     pub fn measure(&mut self, view: &View<T>, v0: usize) {
-        let floor = NOISE_FLOOR * view.full_scale;
+        let floor = (NOISE_FLOOR * view.full_scale).max(view.hidden_noise);
         for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
             let sigma = self.sigma(view, u0, v0) / 2.0f32.sqrt();
             self.map.push(sigma.max(floor));
