@@ -140,7 +140,7 @@ describe("a feature of a plan", () => {
     expect(moved(inverse(pose), moved(pose, at)).map((mm) => Math.round(1e9 * mm) / 1e9)).toEqual(at);
     const plane = {
       id: "top",
-      kind: "plane",
+      kind: "plane" as const,
       n_points: 9,
       n_left_out: 0,
       findings: [],

@@ -57,9 +57,12 @@ pub fn main() -> ExitCode {
 /// Help and version go to stdout with exit code 0; usage errors to stderr with exit code 2.
 fn usage(error: &clap::Error) -> ExitCode {
     if error.use_stderr() && std::env::args().any(|argument| argument == "--json") {
-        let what = error.to_string();
-        let first = what.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        println!("{}", failure_json(&Failure::new(FailureKind::BadParameter, first).remedy("see sheaf --help")));
+        let text = error.to_string();
+        // The first paragraph says what is wrong; usage and hints follow.
+        let paragraph = text.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
+        let what = paragraph.collect::<Vec<_>>().join(" ");
+        let what = what.trim_start_matches("error: ");
+        println!("{}", failure_json(&Failure::new(FailureKind::BadParameter, what).remedy("see sheaf --help")));
     }
     let exit = if error.use_stderr() { Exit::Usage } else { Exit::Done };
     // A closed pipe is no reason to fail while printing help.

@@ -154,9 +154,9 @@ pub struct CentrelinesArgs {
     /// Folder for one image with the lines drawn on it, per input image.
     #[arg(long, alias = "picture", value_name = "DIR")]
     pub overlay: Option<PathBuf>,
-    /// Direction of the lines.
-    #[arg(long, alias = "line-direction", value_enum, default_value_t)]
-    pub direction: DirectionArg,
+    /// Direction of the lines (default: rows; the channel of colour images is then selected from lines of either).
+    #[arg(long, alias = "line-direction", value_enum)]
+    pub direction: Option<DirectionArg>,
     /// Method for the centre of a line.
     #[arg(long, value_enum, default_value_t)]
     pub method: CentrelineMethodArg,

@@ -13,7 +13,7 @@ use crate::answer::exit::Exit;
 use crate::answer::output::{create_folder, file_names_after, write_file};
 use crate::arguments::CentrelinesArgs;
 use crate::commands::{Answer, failed_entry, with_failures};
-use pipeline::{Background, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
+use pipeline::{Background, Directions, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
 use report::raster::{encode_png, overlay_by_segment};
 
 /// Suffix of overlay images beside the CSV files; it prevents overwriting an input image.
@@ -30,8 +30,9 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let csv_paths = csv_folder.map(|folder| paths_in(folder, &images, ".csv"));
     let ending = if args.overlay.is_some() { ".png" } else { OVERLAY_SUFFIX };
     let overlay_paths = overlay_folder.map(|folder| paths_in(folder, &images, ending));
-    let directions = args.direction.into();
-    let laser = channel_of(args.channel, &images, white_level, |idx| backgrounds.of(idx), directions);
+    let directions = args.direction.unwrap_or_default().into();
+    let possible = args.direction.map_or(Directions::Both, Directions::from);
+    let laser = channel_of(args.channel, &images, white_level, |idx| backgrounds.of(idx), possible);
     let search = LineSearch {
         channel: laser.channel,
         white_level,

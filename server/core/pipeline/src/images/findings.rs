@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use capture::LaserImage;
-use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, SceneComparison, find_centrelines};
+use vision::{
+    CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, SceneComparison, Segment, find_centrelines,
+};
 
-use crate::images::search::{Directions, LineSearch, runs_along};
+use crate::images::search::{Directions, LineSearch, SMOOTHED_PX, runs_along};
 use crate::images::strong_light::{StrongLight, strong_light};
 use crate::progress::Reporter;
 
@@ -15,6 +17,10 @@ use crate::progress::Reporter;
 const LIKELIER: usize = 3;
 /// Fewest points that support another interpretation: fewer are noise.
 const SUSPICIOUS_POINTS: usize = 100;
+/// Length of a piece, relative to the image along the lines, from which it is a whole line.
+const WHOLE_LINE: f32 = 0.8;
+/// Height of a point relative to the brightest twentieth from which it is as bright.
+const BRIGHT_FRACTION: f32 = 0.3;
 
 /// A finding about an image.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +35,13 @@ pub enum Finding {
     Glints {
         /// Their number.
         n: usize,
+    },
+    /// The lines are those of the image averaged along them.
+    Smoothed,
+    /// Many points are clipped.
+    Clipped {
+        /// Their fraction.
+        fraction: f64,
     },
     /// Lines appear to run in the other direction.
     OtherDirection {
@@ -70,6 +83,8 @@ impl Finding {
             | Self::LightWithoutLine(_)
             | Self::LineMayBeTwo(_)
             | Self::Glints { .. }
+            | Self::Smoothed
+            | Self::Clipped { .. }
             | Self::BrighterAmbientLight { .. }
             | Self::OtherDirection { .. } => false,
         }
@@ -82,6 +97,8 @@ impl Finding {
             Self::LightWithoutLine(_) => "light_without_line",
             Self::LineMayBeTwo(_) => "line_may_be_two",
             Self::Glints { .. } => "glints",
+            Self::Smoothed => "smoothed",
+            Self::Clipped { .. } => "clipped",
             Self::OtherDirection { .. } => "other_direction",
             Self::SwappedPair { .. } => "swapped_pair",
             Self::BackgroundOfAnotherPose { .. } => "background_of_another_pose",
@@ -99,6 +116,16 @@ impl fmt::Display for Finding {
             Self::Glints { n } => {
                 write!(f, "{n} short clipped pieces are brighter than the lines: glints, removed")
             }
+            Self::Smoothed => write!(
+                f,
+                "the image is noisy: {SMOOTHED_PX} pixels along the lines were averaged; expose longer for full lateral \
+                 resolution"
+            ),
+            Self::Clipped { fraction } => write!(
+                f,
+                "{:.0} % of the points are clipped: glare may displace them by more than the stated σ; expose shorter",
+                1e2 * fraction
+            ),
             Self::OtherDirection { direction, n_points: [other, own] } => {
                 let word = match direction {
                     LineDirection::Rows => "rows",
@@ -174,27 +201,33 @@ impl Findings {
     }
 }
 
-/// Whether lines run in the other direction; not asked if a whole line runs in the requested one.
+/// Whether lines run in the other direction; not asked if a whole line runs in the requested one. Edges of the scene
+/// give points in both directions: only points as bright as the brightest ones count.
 fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Option<Finding> {
     let Directions::One(direction) = search.directions else { return None };
     let other = match direction {
         LineDirection::Rows => LineDirection::Columns,
         LineDirection::Columns => LineDirection::Rows,
     };
-    let along = |lines: &Centrelines, direction| {
-        lines.segments.iter().flat_map(|s| &s.points).filter(|point| runs_along(point, direction)).count()
-    };
-    let own = along(lines, direction);
     let across_image_px = match direction {
         LineDirection::Rows => image.width(),
         LineDirection::Columns => image.height(),
     };
-    if own >= across_image_px {
+    let is_whole = |segment: &Segment| segment.points.len() as f32 >= WHOLE_LINE * across_image_px as f32;
+    if lines.segments.iter().any(is_whole) {
         return None;
     }
     let turned = LineSearch { directions: Directions::One(other), ..search.clone() }.all_lines(image);
-    let n_points = [along(&turned, other), own];
-    let suspected = n_points[0] >= SUSPICIOUS_POINTS && n_points[0] > LIKELIER * own;
+    let heights = |lines: &Centrelines, direction| -> Vec<f32> {
+        let points = lines.segments.iter().flat_map(|segment| &segment.points);
+        points.filter(|point| runs_along(point, direction)).map(|point| point.intensity).collect()
+    };
+    let (turned, own) = (heights(&turned, other), heights(lines, direction));
+    let mut all = [&turned[..], &own].concat();
+    all.sort_unstable_by(f32::total_cmp);
+    let bright = BRIGHT_FRACTION * all.get(all.len() * 19 / 20)?;
+    let n_points = [turned, own].map(|heights| heights.into_iter().filter(|&height| height >= bright).count());
+    let suspected = n_points[0] >= SUSPICIOUS_POINTS && n_points[0] > LIKELIER * n_points[1];
     suspected.then_some(Finding::OtherDirection { direction: other, n_points })
 }
 

@@ -11,6 +11,12 @@ use crate::images::background::Background;
 use crate::images::findings::{Finding, findings_of, pair_findings};
 use crate::images::search::{Directions, LineSearch};
 
+/// Ratio of the points found in the averaged image to those found without averaging, from which they are used instead:
+/// averaging always finds a few more, at the expense of lateral resolution.
+const SMOOTHING_GAIN: f64 = 1.5;
+/// Fraction of clipped points from which they are a finding.
+const CLIPPED_FRACTION: f64 = 0.2;
+
 /// A laser image and its lines.
 pub struct FoundLines {
     /// The image as read, as luma.
@@ -34,9 +40,14 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
         None => photograph.image.channel(search.channel),
     };
     let mut lines = search.all_lines(&image);
-    mark_saturated(&mut lines, &photograph.image, search.channel, background.is_some());
     let mut findings = findings_of(&image, &lines, search);
-    let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
+    if let Some(found) = lines_in_noise(&image, &lines, &findings, search) {
+        lines = found;
+        findings = findings_of(&image, &lines, search);
+        findings.push(Finding::Smoothed);
+    }
+    mark_saturated(&mut lines, &photograph.image, search.channel, background.is_some());
+    let n_points = n_points(&lines);
     let pair =
         background.and_then(|background| pair_findings(&photograph.image, background.image(), n_points, search));
     // The edges that another pose leaves are no glints.
@@ -49,9 +60,39 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     if lines.segments.is_empty() {
         findings.insert(0, Finding::NoLine);
     }
+    findings.extend(clipped(&lines));
     findings.extend(pair);
     let (photograph, jpeg_quality) = (photograph.image.channel(Channel::Luma), photograph.jpeg_quality);
     Ok(FoundLines { photograph, image, lines, findings, jpeg_quality })
+}
+
+fn n_points(lines: &Centrelines) -> usize {
+    lines.segments.iter().map(|segment| segment.points.len()).sum()
+}
+
+/// The lines of the image averaged along its lines, if there is light without points that may be a line in noise, and
+/// averaging finds it.
+fn lines_in_noise(
+    image: &GreyImage,
+    lines: &Centrelines,
+    findings: &[Finding],
+    search: &LineSearch,
+) -> Option<Centrelines> {
+    let may_be_line =
+        |finding: &Finding| matches!(finding, Finding::LightWithoutLine(light) if light.may_be_line_in_noise());
+    if !findings.iter().any(may_be_line) {
+        return None;
+    }
+    let smoothed = search.smoothed_lines(image);
+    (n_points(&smoothed) as f64 > SMOOTHING_GAIN * n_points(lines) as f64).then_some(smoothed)
+}
+
+/// A finding if many points are clipped.
+fn clipped(lines: &Centrelines) -> Option<Finding> {
+    let points = lines.segments.iter().flat_map(|segment| &segment.points);
+    let n_clipped = points.filter(|point| point.saturated).count();
+    let fraction = n_clipped as f64 / n_points(lines).max(1) as f64;
+    (fraction >= CLIPPED_FRACTION).then_some(Finding::Clipped { fraction })
 }
 
 /// Marks points that were saturated in the photograph, where the extraction saw something else: the image minus its

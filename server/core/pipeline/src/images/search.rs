@@ -19,6 +19,10 @@ const MIN_LINE_WIDTHS: f32 = 15.0;
 /// than scattered light.
 const MIN_GLINT_OVER_LINES: f32 = 1.5;
 
+/// Pixels along a line that are averaged where noise hides it: the contrast over noise doubles, and the lateral
+/// resolution stays finer than that of most lines.
+pub(crate) const SMOOTHED_PX: usize = 5;
+
 /// Directions in which lines may run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Directions {
@@ -93,9 +97,20 @@ impl LineSearch {
 
     /// Every line of an image.
     pub(crate) fn all_lines(&self, image: &GreyImage) -> Centrelines {
+        self.lines_by(|direction| find_centrelines(image, &self.params(direction)))
+    }
+
+    /// Every line of an image in which [`SMOOTHED_PX`] pixels along the lines are averaged.
+    pub(crate) fn smoothed_lines(&self, image: &GreyImage) -> Centrelines {
+        let smoothed = |direction| image.smoothed(direction, SMOOTHED_PX);
+        self.lines_by(|direction| find_centrelines(&smoothed(direction), &self.params(direction)))
+    }
+
+    /// The lines that `find` finds in every direction to search.
+    fn lines_by(&self, find: impl Fn(LineDirection) -> Centrelines) -> Centrelines {
         let mut all = Centrelines::default();
         for &direction in self.directions.each() {
-            let mut found = find_centrelines(image, &self.params(direction));
+            let mut found = find(direction);
             if self.directions == Directions::Both {
                 keep_points(&mut found, |point| runs_along(point, direction));
             }

@@ -64,6 +64,13 @@ pub struct StrongLight {
     pub yields_one_line: bool,
 }
 
+impl StrongLight {
+    /// Whether it may be a line that noise hides.
+    pub(crate) fn may_be_line_in_noise(&self) -> bool {
+        !self.is_clipped && self.touching_px.is_none() && self.width_px <= MAX_LINE_WIDTH_PX
+    }
+}
+
 impl fmt::Display for StrongLight {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (along, across) = match self.direction {
@@ -84,15 +91,20 @@ impl fmt::Display for StrongLight {
                  laser at a time"
             )
         } else if self.width_px > MAX_LINE_WIDTH_PX {
+            let (clipped, remedy) = match self.is_clipped {
+                true => (", and clipped", "expose shorter, then focus"),
+                false => ("", "focus"),
+            };
             write!(
                 f,
-                "wider than {MAX_LINE_WIDTH_PX} px, the widest line supported; focus the laser or the camera"
+                "wider than {MAX_LINE_WIDTH_PX} px, the widest line supported{clipped}; {remedy} the laser or the camera"
             )
         } else if self.is_clipped {
             f.write_str("clipped; expose shorter")
         } else {
             f.write_str(
-                "it is not a line; check the line direction and the channel, and that no other light is on",
+                "no line can be followed in it; check the line direction and the channel, expose longer if the image is \
+                 noisy, and switch off other light",
             )
         }
     }
