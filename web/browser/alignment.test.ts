@@ -29,11 +29,11 @@ const HALF_MM = 10;
 /** An edge is found to within this, mm: the blur of the lines that end there. */
 const EDGE_OFF_MM = 0.2;
 
-/** The centre of the dome is found to within this, mm: lines on a curved surface are displaced by their thickness. */
-const DOME_OFF_MM = 0.05;
+/** The centre of the dome is found to within this, mm: the thickness of the lines displaces them by some 0.08 on so small a sphere. */
+const DOME_OFF_MM = 0.15;
 
-/** The flatness of the same points in a box that was turned, and so is slightly larger, mm. */
-const SAME_MM = 0.005;
+/** The flatness in a box that was turned, and so is slightly larger, mm: more points, more extreme noise (0.035 RMS). */
+const SIMILAR_MM = 0.1;
 
 let server: Server;
 let browser: Browser;
@@ -164,7 +164,7 @@ test(
     await regions.select([-4, 4], [-4, 4], ABOVE_TOP_MM);
     await addFeature(page, "sphere", "ball");
     // And a characteristic that none of them has to do with.
-    await regions.select([5.5, 9], [-6, 6], ABOVE_TABLE_MM);
+    await regions.select([5.5, 8], [-5, 5], ABOVE_TABLE_MM);
     await page.getByLabel("What is measured").selectOption("flatness");
     const tool = page.getByRole("region", { name: "Characteristic", exact: true });
     await tool.getByLabel("Name").fill("flat");
@@ -196,7 +196,7 @@ test(
     expect(await alignment.locator("[data-aligned] dd").allTextContents()).toEqual(["table", "side", "ball"]);
 
     // What was taught before is still there; what is taught now is found, too.
-    expect(Math.abs((await lengthOf(page, "flat")) - flat_mm)).toBeLessThan(SAME_MM);
+    expect(Math.abs((await lengthOf(page, "flat")) - flat_mm)).toBeLessThan(SIMILAR_MM);
     await regions.select([-4, 4], [-4, 4], ABOVE_TOP_MM);
     await addFeature(page, "sphere", "dome");
     expect(Math.abs((await addCoordinate(page, "y", "ball", "width")) - HALF_MM)).toBeLessThan(EDGE_OFF_MM);
@@ -217,7 +217,7 @@ test(
     await alignment.getByRole("button", { name: "Remove alignment" }).click();
     await alignment.locator("[data-aligned]").waitFor({ state: "detached" });
     expect(await datum("Second").inputValue()).toBe("side");
-    expect(Math.abs((await lengthOf(page, "flat")) - flat_mm)).toBeLessThan(SAME_MM);
+    expect(await lengthOf(page, "flat")).toBe(flat_mm);
     expect(complaints).toEqual([]);
     await context.close();
   },
