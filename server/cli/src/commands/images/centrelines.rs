@@ -60,6 +60,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let mut text = format!("{laser}\n{}", white_level_text(white_level));
     let mut entries: Vec<Value> = Vec::new();
     let (mut failures, mut n_points, mut has_light, mut qualities) = (Vec::new(), 0, false, Vec::new());
+    let (mut smoothed, mut clipped) = (Vec::new(), Vec::new());
     for (idx, (image, result)) in images.iter().zip(found).enumerate() {
         match result {
             Ok(result) => {
@@ -74,7 +75,11 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                     result.n_segments
                 );
                 for finding in &result.findings {
-                    reporter.warn(&format!("{}: {finding}", image.display()));
+                    match finding {
+                        Finding::Clipped { .. } => clipped.push(format!("{}: {finding}", image.display())),
+                        Finding::Smoothed => smoothed.push(format!("{}: {finding}", image.display())),
+                        _ => reporter.warn(&format!("{}: {finding}", image.display())),
+                    }
                     has_light |= matches!(finding, Finding::LightWithoutLine(_));
                 }
                 qualities.extend(result.jpeg_quality);
@@ -87,6 +92,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
             }
         }
     }
+    [smoothed, clipped].iter().for_each(|alike| warn_once(alike, reporter));
     if let Some(warning) = lossy_warning(&qualities) {
         reporter.warn(&format!("{warning}; segments of low contrast are ignored (--min-contrast)"));
     }
@@ -100,6 +106,16 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
         answer.exit = Exit::Unobservable;
     }
     Ok(answer)
+}
+
+/// Warns of what images of one camera have in common: with the first of them, and the number of others.
+fn warn_once(alike: &[String], reporter: &dyn Reporter) {
+    match alike {
+        [] => {}
+        [one] => reporter.warn(one),
+        [first, _] => reporter.warn(&format!("{first}; also in 1 other image")),
+        [first, others @ ..] => reporter.warn(&format!("{first}; also in {} other images", others.len())),
+    }
 }
 
 /// The images and their laser-off images.

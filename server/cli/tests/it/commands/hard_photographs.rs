@@ -77,6 +77,22 @@ fn overexposed_lines_are_reported() {
     assert_eq!(finding(&image, "clipped"), None);
 }
 
+#[test]
+fn what_all_images_have_in_common_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a.png", "b.png", "c.png"].map(|name| path(folder.path(), name));
+    for file in &files {
+        noisy(2.0, |_, v| 30.0 + 700.0 * line(v - 150.3)).save(file).unwrap();
+    }
+    let (result, _) =
+        sheaf_json(&["centrelines", &files[0], &files[1], &files[2], "--csv", &path(folder.path(), "")]);
+    let warnings = result["warnings"].as_array().unwrap();
+    let [warning] = &warnings[..] else { panic!("{warnings:#?}") };
+    let text = warning.as_str().unwrap();
+    assert!(text.contains("a.png") && text.ends_with("expose shorter; also in 2 other images"), "{text}");
+    assert!(result["images"].as_array().unwrap().iter().all(|image| finding(image, "clipped").is_some()));
+}
+
 /// An upright laser over a chessboard, whose edges are fainter and run in both directions.
 #[test]
 fn edges_of_the_scene_do_not_hide_that_the_lines_run_the_other_way() {
