@@ -1,7 +1,5 @@
 //! The image type of the processing core: one channel, 8 or 16 bit, row-major.
 
-use crate::LineDirection;
-
 /// Grey levels, row-major, top row first.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pixels {
@@ -204,12 +202,9 @@ impl GreyImage {
         self.at(u, v) >= self.full_scale()
     }
 
-    /// The image with the mean of `n_px` pixels along `direction` in place of each pixel; at the border, of those inside the
-    /// image. `n_px` is odd.
-    pub fn smoothed(&self, direction: LineDirection, n_px: usize) -> Self {
-        if direction == LineDirection::Columns {
-            return self.transposed().smoothed(LineDirection::Rows, n_px).transposed();
-        }
+    /// The image with the mean of `n_px` pixels of its row in place of each pixel; at the border, of those inside the image.
+    /// `n_px` is odd.
+    pub fn smoothed_along_rows(&self, n_px: usize) -> Self {
         let pixels = match &self.pixels {
             Pixels::Eight(levels) => Pixels::Eight(smoothed_rows(levels, self.width, n_px)),
             Pixels::Sixteen(levels) => Pixels::Sixteen(smoothed_rows(levels, self.width, n_px)),

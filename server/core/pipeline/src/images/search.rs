@@ -102,7 +102,10 @@ impl LineSearch {
 
     /// Every line of an image in which [`SMOOTHED_PX`] pixels along the lines are averaged.
     pub(crate) fn smoothed_lines(&self, image: &GreyImage) -> Centrelines {
-        let smoothed = |direction| image.smoothed(direction, SMOOTHED_PX);
+        let smoothed = |direction| match direction {
+            LineDirection::Rows => image.smoothed_along_rows(SMOOTHED_PX),
+            LineDirection::Columns => image.transposed().smoothed_along_rows(SMOOTHED_PX).transposed(),
+        };
         self.lines_by(|direction| find_centrelines(&smoothed(direction), &self.params(direction)))
     }
 
