@@ -196,9 +196,6 @@ pub const ALONG_MIN_HALF_LENGTH: usize = 3;
 /// A longer window is used while its estimate agrees with the shorter one's within this many standard deviations of
 /// their difference; otherwise the line bends there and the shorter one keeps the detail.
 pub const ALONG_AGREEMENT_SIGMAS: f64 = 3.0;
-/// The curvature enters the correction of steep, curved lines with weight 1 − this · variance / square, if positive:
-/// zero below three standard deviations, where it would only add noise.
-pub const SKEW_SHRINKAGE: f32 = 9.0;
 
 /// Lag, in columns, of the third differences that measure the scatter of the points.
 pub const SCATTER_LAG: usize = 4;

@@ -62,10 +62,10 @@ fn fingerprint(found: &Centrelines) -> u64 {
 ///
 /// The remaining possible difference is `exp` and `ln` of the system's library, from which the extraction computes its
 /// weights; those of glibc agree on x86-64 and aarch64.
-const FINGERPRINT: u64 = 0x584f_9421_486e_47c3;
+const FINGERPRINT: u64 = 0xd203_c09c_ffda_5f34;
 
 /// The same at 16 bits.
-const FINGERPRINT_OF_SIXTEEN_BITS: u64 = 0xede2_96ec_6e3e_a13f;
+const FINGERPRINT_OF_SIXTEEN_BITS: u64 = 0x7433_6ffe_4025_2005;
 
 fn assert_fingerprint(pixels: Pixels, expected: u64) {
     let image = GreyImage::new(SIZE.0, SIZE.1, pixels).unwrap();

@@ -92,7 +92,6 @@ impl Measured {
             v: [0.0; LANES],
             camera_variance: zero,
             speckle_variance: zero,
-            cross_variance_px2: taps.sigma_px * taps.sigma_px,
             intensity: zero,
             area: zero,
             saturated: seen.saturated,

@@ -7,7 +7,6 @@ use crate::centreline::fast::lanes::{LANES, Numbers};
 use crate::centreline::lines::crossing::{Crossing, Line};
 use crate::centreline::lines::ends::without_faded_ends;
 use crate::centreline::lines::scatter::{LANES as SAMPLE_LANES, ThirdDifferences};
-use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
 use crate::params::{MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
 
 /// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
@@ -26,8 +25,6 @@ pub struct Crossings {
     pub camera_variance: Vec<f32>,
     /// Variance per unit of squared speckle contrast times speckle grain, px².
     pub speckle_variance: Vec<f32>,
-    /// Variance of the measuring window, px²; later that of the line's profile times the window.
-    pub cross_variance_px2: Vec<f32>,
     /// Grey levels above the background.
     pub intensity: Vec<f32>,
     /// Grey levels times rows above the background.
@@ -50,8 +47,6 @@ pub struct Measured {
     pub camera_variance: [f32; COLUMNS],
     /// Variance per unit of squared speckle contrast times speckle grain, px².
     pub speckle_variance: [f32; COLUMNS],
-    /// Variance of the window, px².
-    pub cross_variance_px2: f32,
     /// Grey levels above the background; 0 where nothing was found.
     pub intensity: [f32; COLUMNS],
     /// Grey levels times rows above the background; 0 where nothing was found.
@@ -148,7 +143,6 @@ impl Crossings {
         let numbers = [
             &mut self.camera_variance,
             &mut self.speckle_variance,
-            &mut self.cross_variance_px2,
             &mut self.intensity,
             &mut self.area,
             &mut self.width_px,
@@ -164,7 +158,6 @@ impl Crossings {
         self.v[places.clone()].copy_from_slice(&measured.v);
         self.camera_variance[places.clone()].copy_from_slice(&measured.camera_variance);
         self.speckle_variance[places.clone()].copy_from_slice(&measured.speckle_variance);
-        self.cross_variance_px2[places.clone()].copy_from_slice(&[measured.cross_variance_px2; COLUMNS]);
         self.intensity[places.clone()].copy_from_slice(&measured.intensity);
         self.area[places.clone()].copy_from_slice(&measured.area);
         self.saturated[places].copy_from_slice(&measured.saturated);
@@ -177,7 +170,6 @@ impl Crossings {
         self.v[place] = measured.v[i];
         self.camera_variance[place] = measured.camera_variance[i];
         self.speckle_variance[place] = measured.speckle_variance[i];
-        self.cross_variance_px2[place] = measured.cross_variance_px2;
         self.intensity[place] = measured.intensity[i];
         self.area[place] = measured.area[i];
         self.saturated[place] = measured.saturated[i];
@@ -195,18 +187,14 @@ impl Crossings {
             padded.resize(n + 2 * WIDTH_NEIGHBOURS + LANES, 0.0);
         }
         let [areas, heights] = &self.padded;
-        let (widths, cross) = (&mut self.width_px[start..][..n], &mut self.cross_variance_px2[start..][..n]);
-        for (block, (widths, cross)) in widths.chunks_mut(LANES).zip(cross.chunks_mut(LANES)).enumerate() {
+        let widths = &mut self.width_px[start..][..n];
+        for (block, widths) in widths.chunks_mut(LANES).enumerate() {
             let (area, height) = (sum_near(&areas[block * LANES..]), sum_near(&heights[block * LANES..]));
-            let (mut width_px, mut variance_px2) = ([0.0; LANES], [1.0; LANES]);
-            variance_px2[..cross.len()].copy_from_slice(cross);
+            let mut width_px = [0.0; LANES];
             for i in 0..LANES {
                 width_px[i] = (WIDTH_PER_AREA * area.0[i] / height.0[i].max(f32::MIN_POSITIVE)).max(0.5);
-                let line = WIDTH_PER_SIGMA / width_px[i];
-                variance_px2[i] = 1.0 / (line * line + 1.0 / variance_px2[i].max(f32::MIN_POSITIVE));
             }
             widths.copy_from_slice(&width_px[..widths.len()]);
-            cross.copy_from_slice(&variance_px2[..cross.len()]);
         }
     }
 

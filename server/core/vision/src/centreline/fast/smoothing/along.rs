@@ -1,13 +1,14 @@
 //! Averaging along the line, several columns at a time, by local parabolas in the longest window that fits the line.
 //!
 //! Noise falls with the length of the window, and a parabola preserves curvature. Where a longer window contradicts a
-//! shorter one by more than their noise, the shorter one is used (after Lepski 1991: the largest bandwidth that is
-//! consistent with all smaller ones). All crossings of a window have equal weight: the noise estimated from a single
+//! shorter one by more than their noise, in a column or on average of its surroundings, the shorter one is used (after
+//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window have equal weight: the noise estimated from a single
 //! column is mostly speckle, and weights derived from it reduce accuracy. Fits are therefore convolutions with fixed
 //! kernels.
 
+use super::departures::Departure;
 use super::kernels::{MAX_LAG, RUN};
-use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
+use super::means::{AllWindows, MAX_WINDOWS, Mean, slopes};
 use super::points::{Chosen, NONE};
 use super::windows::{Along, Block, Windows};
 use crate::centreline::CentrelinePoint;
@@ -28,6 +29,10 @@ pub struct Averager {
     /// Windows prepared for earlier widths, kept because widths recur.
     others: Vec<Windows>,
     longest: usize,
+    /// Differences of each window but the first from the one before, averaged over columns.
+    departures: Vec<Departure>,
+    /// Columns before and after a block that windows and departures need.
+    reach: usize,
     /// Variance of every crossing of a piece, zero beyond its ends.
     variances: Vec<f32>,
     /// Rows of a block and its surroundings, relative to the block's first row.
@@ -55,6 +60,11 @@ impl Averager {
         }
         self.windows.reverse();
         self.all.prepare(self.windows.iter().map(Windows::kernels));
+        self.departures.resize_with(self.windows.len() - 1, Departure::default);
+        for (departure, pair) in self.departures.iter_mut().zip(self.windows.windows(2)) {
+            departure.prepare(pair[0].kernels(), pair[1].kernels(), &correlations);
+        }
+        self.reach = self.departures.iter().map(Departure::reach).fold(self.longest, usize::max);
     }
 
     /// Replaces `points` by the averaged points of a piece, and appends the reduction of their variance to `gains`.
@@ -76,16 +86,14 @@ impl Averager {
             if start.is_multiple_of(GROUP) {
                 self.load_rows(rows, start);
             }
-            let at = self.longest + start % GROUP;
+            let at = self.reach + start % GROUP;
             let chosen = if block.is_whole(self.longest) {
                 self.chosen::<true>(block, at)
             } else {
                 self.chosen::<false>(block, at)
             };
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
-            let mut cross_variance_px2 = [0.0f32; LANES];
-            cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
-            let description = chosen.described(&cross_variance_px2);
+            let description = chosen.described();
             // One block of every group is sampled, and one of a short piece.
             if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
                 gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
@@ -112,7 +120,7 @@ impl Averager {
     /// Loads the rows of the group of blocks at `start` and its surroundings, relative to its first row.
     #[inline(always)]
     fn load_rows(&mut self, rows: &[f64], start: usize) {
-        let pad = self.longest;
+        let pad = self.reach;
         let (from, to) = (start.saturating_sub(pad), (start + GROUP + pad).min(rows.len()));
         let base = rows[start];
         self.rows.resize(GROUP + 2 * pad + RUN, 0.0);
@@ -148,36 +156,43 @@ impl Averager {
             let noise = (mean.variance - next.variance).max(mean.variance * 0.1);
             let departure = next.value - mean.value;
             let allowed = window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
-            let contradicts = (departure * departure).where_over(allowed, valid, zero);
+            let mut contradicts = (departure * departure).where_over(allowed, valid, zero);
+            if let Some(averaged) = idx.checked_sub(1).map(|before| &self.departures[before])
+                && block.is_whole(averaged.reach())
+            {
+                let departure = averaged.of(&self.rows, at);
+                let allowed = next.variance * (agreement * averaged.gain());
+                contradicts = (departure * departure).where_over(allowed, valid, contradicts);
+            }
             open = contradicts.where_over(zero, zero, open);
             let better = open * valid;
             window = better.where_over(zero, Numbers::splat(idx as f32), window);
             mean.value = better.where_over(zero, next.value, mean.value);
             mean.variance = better.where_over(zero, next.variance, mean.variance);
         }
-        let mut shape = self.whole_shape(window, &whole.shape, at);
+        let mut slopes = self.whole_slopes(window, whole.slope, at);
         if !WHOLE {
             let rows = Along { numbers: &self.rows, at };
             for (idx, windows) in self.windows.iter_mut().enumerate() {
-                windows.cut_shapes(block, rows, &window.is(idx as f32), &mut shape);
+                windows.cut_slopes(block, rows, &window.is(idx as f32), &mut slopes);
             }
         }
-        Chosen { mean, shape }
+        Chosen { mean, slopes }
     }
 
-    /// The shape of every lane in the whole window chosen for it; `longest` is the shape in the longest window.
+    /// The slope of every lane in the whole window chosen for it; `longest` are the slopes in the longest window.
     #[inline(always)]
-    fn whole_shape(&self, window: Numbers, longest: &Shape, at: usize) -> Shape {
-        let mut shape = *longest;
+    fn whole_slopes(&self, window: Numbers, longest: Numbers, at: usize) -> Numbers {
+        let mut chosen_slopes = longest;
         // Usually all lanes choose the longest window.
         for idx in 0..self.windows.len() - 1 {
             let chosen = window.is(idx as f32);
             if chosen.any_over_zero() {
                 let kernels = self.windows[idx].kernels();
-                let of_this = Shape::fit(kernels, &self.rows[at - kernels.half_length()..]);
-                shape = of_this.where_over_zero(chosen, &shape);
+                let of_this = slopes(kernels, &self.rows[at - kernels.half_length()..]);
+                chosen_slopes = chosen.where_over(Numbers::default(), of_this, chosen_slopes);
             }
         }
-        shape
+        chosen_slopes
     }
 }

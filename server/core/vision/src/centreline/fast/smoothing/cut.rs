@@ -2,7 +2,7 @@
 //! with the weights of its own window.
 
 use super::kernels::Kernels;
-use super::means::{Mean, Shape};
+use super::means::Mean;
 use crate::centreline::fast::lanes::{LANES, Numbers};
 
 /// Weights of the crossings from the end of a line inwards, in the windows about its first columns. At the other end of
@@ -17,11 +17,9 @@ pub struct Cut {
     value: Vec<f32>,
     squared: Vec<f32>,
     slope: Vec<f32>,
-    bend: Vec<f32>,
     /// 1 for columns whose windows hold enough crossings, otherwise 0.
     valid: Vec<f32>,
     shared: Vec<f32>,
-    bend_gain: Vec<f32>,
 }
 
 /// Some columns near an end of a line.
@@ -65,18 +63,17 @@ impl Cut {
         for before in 0..half {
             let kernel = kernels.at(before, half);
             self.shared[LANES + before] = kernel.shared;
-            self.bend_gain[LANES + before] = kernel.bend_gain;
         }
     }
 
     fn take_weights(&mut self, kernels: &mut Kernels) {
         let half = kernels.half_length();
         (self.half_length, self.stride) = (half, half + 2 * LANES);
-        for weights in [&mut self.value, &mut self.squared, &mut self.slope, &mut self.bend] {
+        for weights in [&mut self.value, &mut self.squared, &mut self.slope] {
             weights.clear();
             weights.resize(2 * half * self.stride, 0.0);
         }
-        for of_columns in [&mut self.valid, &mut self.shared, &mut self.bend_gain] {
+        for of_columns in [&mut self.valid, &mut self.shared] {
             of_columns.clear();
             of_columns.resize(self.stride, 0.0);
         }
@@ -91,7 +88,6 @@ impl Cut {
                 self.value[idx] = kernel.value[place];
                 self.squared[idx] = kernel.squared[place];
                 self.slope[idx] = kernel.slope[place];
-                self.bend[idx] = kernel.bend[place];
             }
         }
     }
@@ -107,44 +103,33 @@ impl Cut {
     #[inline(always)]
     pub fn mean(&self, near: Near, rows: &[f32], variances: &[f32]) -> (Mean, Numbers) {
         let (value, variance) = if near.is_last {
-            self.sums([&self.value, &self.squared], near, rows.iter().rev(), variances.iter().rev())
+            (self.sum(&self.value, near, rows.iter().rev()), self.sum(&self.squared, near, variances.iter().rev()))
         } else {
-            self.sums([&self.value, &self.squared], near, rows.iter(), variances.iter())
+            (self.sum(&self.value, near, rows.iter()), self.sum(&self.squared, near, variances.iter()))
         };
         let variance = variance * Numbers::of(&self.shared[near.offset..]);
         let valid = Numbers::of(&self.valid[near.offset..]);
         (Mean { value: near.turned(value), variance: near.turned(variance) }, near.turned(valid))
     }
 
-    /// Shapes of the windows about some columns; `rows` as for the means.
+    /// Slopes in the windows about some columns; `rows` as for the means.
     #[inline(always)]
-    pub fn shape(&self, near: Near, rows: &[f32]) -> Shape {
-        let (slope, bend) = if near.is_last {
-            let (slope, bend) = self.sums([&self.slope, &self.bend], near, rows.iter().rev(), rows.iter().rev());
-            (slope * -1.0, bend)
+    pub fn slopes(&self, near: Near, rows: &[f32]) -> Numbers {
+        let slopes = if near.is_last {
+            self.sum(&self.slope, near, rows.iter().rev()) * -1.0
         } else {
-            self.sums([&self.slope, &self.bend], near, rows.iter(), rows.iter())
+            self.sum(&self.slope, near, rows.iter())
         };
-        let bend_gain = Numbers::of(&self.bend_gain[near.offset..]);
-        Shape { slope: near.turned(slope), bend: near.turned(bend), bend_gain: near.turned(bend_gain) }
+        near.turned(slopes)
     }
 
-    /// Sums of two arrays with two sets of weights.
+    /// Sum of numbers with a set of weights.
     #[inline(always)]
-    fn sums<'a>(
-        &self,
-        [weights, others]: [&[f32]; 2],
-        near: Near,
-        numbers: impl Iterator<Item = &'a f32>,
-        other_numbers: impl Iterator<Item = &'a f32>,
-    ) -> (Numbers, Numbers) {
-        let (mut sum, mut other_sum) = (Numbers::default(), Numbers::default());
-        let weights = weights.chunks_exact(self.stride).zip(others.chunks_exact(self.stride));
-        for ((weights, others), (&number, &other)) in weights.zip(numbers.zip(other_numbers)) {
-            sum = sum + Numbers::of(&weights[near.offset..]) * number;
-            other_sum = other_sum + Numbers::of(&others[near.offset..]) * other;
-        }
-        (sum, other_sum)
+    fn sum<'a>(&self, weights: &[f32], near: Near, numbers: impl Iterator<Item = &'a f32>) -> Numbers {
+        let weights = weights.chunks_exact(self.stride).zip(numbers);
+        weights.fold(Numbers::default(), |sum, (weights, &number)| {
+            sum + Numbers::of(&weights[near.offset..]) * number
+        })
     }
 }
 
@@ -188,7 +173,7 @@ mod tests {
         let mut n_compared = 0;
         for start in (0..N).step_by(LANES) {
             for near in [Near::beginning(start, HALF), Near::end(start, N, HALF)].into_iter().flatten() {
-                let ((mean, valid), shape) = (cut.mean(near, &rows, &variances), cut.shape(near, &rows));
+                let ((mean, valid), slopes) = (cut.mean(near, &rows, &variances), cut.slopes(near, &rows));
                 for i in near.first..near.past_last {
                     let (before, after) = ((start + i).min(HALF), (N - 1 - start - i).min(HALF));
                     assert!(before < HALF || after < HALF, "column {} is not cut", start + i);
@@ -199,9 +184,7 @@ mod tests {
                     let pairs = [
                         (mean.value.0[i], sum(&kernel.value, &rows)),
                         (mean.variance.0[i], sum(&kernel.squared, &variances) * kernel.shared),
-                        (shape.slope.0[i], sum(&kernel.slope, &rows)),
-                        (shape.bend.0[i], sum(&kernel.bend, &rows)),
-                        (shape.bend_gain.0[i], kernel.bend_gain),
+                        (slopes.0[i], sum(&kernel.slope, &rows)),
                         (valid.0[i], 1.0),
                     ];
                     pairs

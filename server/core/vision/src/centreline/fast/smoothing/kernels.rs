@@ -15,8 +15,6 @@ pub struct Weights {
     pub squared: f32,
     /// For the slope at the middle, per column.
     pub slope: f32,
-    /// For half the curvature, per column².
-    pub bend: f32,
 }
 
 /// Weights are stored in multiples of this length, padded with zeros.
@@ -31,15 +29,10 @@ pub struct Kernel {
     pub squared: Vec<f32>,
     /// For the slope at the middle, per column.
     pub slope: Vec<f32>,
-    /// For half the curvature, per column².
-    pub bend: Vec<f32>,
     /// Factor on the variance for noise correlated between neighbours.
     pub shared: f32,
-    /// Variance of the bend over that of the value.
-    pub bend_gain: f32,
     /// Σ value(k) value(k + lag) over Σ value², by lag.
     autocorrelation: [f64; MAX_LAG + 1],
-    bend_gain_alone: f64,
 }
 
 /// All kernels of one length, computed on demand.
@@ -68,7 +61,6 @@ impl Kernels {
                 value: whole.value[k],
                 squared: whole.squared[k],
                 slope: whole.slope[k],
-                bend: whole.bend[k],
             }));
         }
     }
@@ -114,30 +106,25 @@ impl Kernel {
         let c = [
             [s[2] * s[4] - s[3] * s[3], s[2] * s[3] - s[1] * s[4], s[1] * s[3] - s[2] * s[2]],
             [s[2] * s[3] - s[1] * s[4], s[0] * s[4] - s[2] * s[2], s[1] * s[2] - s[0] * s[3]],
-            [s[1] * s[3] - s[2] * s[2], s[1] * s[2] - s[0] * s[3], s[0] * s[2] - s[1] * s[1]],
         ];
         let determinant = s[0] * c[0][0] + s[1] * c[0][1] + s[2] * c[0][2];
         let mut kernel = Self {
             value: vec![],
             squared: vec![],
             slope: vec![],
-            bend: vec![],
             shared: 1.0,
-            bend_gain: 0.0,
             autocorrelation: [0.0; MAX_LAG + 1],
-            bend_gain_alone: 0.0,
         };
         if determinant <= MIN_DETERMINANT * s[0] * s[2] * s[4] {
             return kernel;
         }
-        let rows: Vec<[f64; 3]> = xs()
+        let rows: Vec<[f64; 2]> = xs()
             .map(|x| c.map(|row| taper(x) * (row[0] + x * (row[1] + x * row[2])) / determinant))
-            .map(|[value, slope, bend]| [value, slope / reach, bend / (reach * reach)])
+            .map(|[value, slope]| [value, slope / reach])
             .collect();
         let products = |lag: usize| rows.iter().zip(rows.iter().skip(lag)).map(|(a, b)| a[0] * b[0]).sum::<f64>();
         kernel.autocorrelation = std::array::from_fn(|lag| products(lag) / products(0));
-        kernel.bend_gain_alone = rows.iter().map(|row| row[2] * row[2]).sum::<f64>() / products(0);
-        let padded = |weight: fn(&[f64; 3]) -> f64| {
+        let padded = |weight: fn(&[f64; 2]) -> f64| {
             let mut weights: Vec<f32> = rows.iter().map(|row| weight(row) as f32).collect();
             weights.resize(rows.len().next_multiple_of(RUN), 0.0);
             weights
@@ -145,17 +132,13 @@ impl Kernel {
         kernel.value = padded(|row| row[0]);
         kernel.squared = padded(|row| row[0] * row[0]);
         kernel.slope = padded(|row| row[1]);
-        kernel.bend = padded(|row| row[2]);
         kernel
     }
 
     /// Sets the correlation of the noise.
     fn share(&mut self, correlations: &[f64; MAX_LAG + 1]) {
         let beyond = (1..=MAX_LAG).map(|lag| 2.0 * correlations[lag] * self.autocorrelation[lag]).sum::<f64>();
-        let correlation_px = 1.0 + 2.0 * correlations[1..].iter().sum::<f64>();
-        let shared = (1.0 + beyond).max(f64::from(f32::MIN_POSITIVE));
-        self.shared = shared as f32;
-        self.bend_gain = (self.bend_gain_alone * correlation_px / shared) as f32;
+        self.shared = (1.0 + beyond).max(f64::from(f32::MIN_POSITIVE)) as f32;
     }
 }
 
@@ -179,7 +162,6 @@ mod tests {
             // Weights are single precision.
             assert!((sum(&kernel.value) - 2.0).abs() < 1e-5);
             assert!((sum(&kernel.slope) + 0.3).abs() < 1e-5);
-            assert!((sum(&kernel.bend) - 0.05).abs() < 1e-5);
         }
         assert!(kernels.at(1, 0).value.is_empty(), "two points make no parabola");
     }

@@ -15,15 +15,6 @@ pub struct Mean {
     pub variance: Numbers,
 }
 
-/// Slope and curvature of the parabolas there; x in columns.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Shape {
-    pub slope: Numbers,
-    pub bend: Numbers,
-    /// Variance of the bend over that of the value.
-    pub bend_gain: Numbers,
-}
-
 /// Weights of a point in the windows of all lengths, by its distance from the middle; before the middle they are the
 /// same, with the opposite sign for the slope.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,8 +25,6 @@ struct Step {
     squares: [f32; MAX_WINDOWS],
     /// For the slope in the longest window.
     slope: f32,
-    /// For its bend.
-    bend: f32,
 }
 
 /// Windows of all lengths, prepared for one pass over their points.
@@ -47,15 +36,14 @@ pub struct AllWindows {
     halves: Vec<usize>,
     /// Factors on the variances, the longest window last.
     shared: [f32; MAX_WINDOWS],
-    bend_gain: f32,
 }
 
 /// Fits by whole windows, one point per lane.
 pub struct Whole {
     /// For windows of every length, the longest last.
     pub means: [Mean; MAX_WINDOWS],
-    /// For the longest window.
-    pub shape: Shape,
+    /// In the longest window, per column.
+    pub slope: Numbers,
 }
 
 impl AllWindows {
@@ -67,11 +55,10 @@ impl AllWindows {
             self.steps.resize(kernels.half_length() + 1, Step::default());
             for (step, weights) in self.steps.iter_mut().zip(kernels.outwards()) {
                 (step.values[idx], step.squares[idx]) = (weights.value, weights.squared);
-                (step.slope, step.bend) = (weights.slope, weights.bend);
+                step.slope = weights.slope;
             }
             self.halves.push(kernels.half_length());
             self.shared[idx] = kernels.whole().shared;
-            self.bend_gain = kernels.whole().bend_gain;
         }
     }
 
@@ -82,12 +69,11 @@ impl AllWindows {
         let longest = self.steps.len() - 1;
         let (middle, middle_variance) = (Numbers::of(&rows[longest..]), Numbers::of(&variances[longest..]));
         let step = &self.steps[0];
-        let mut whole = Whole { means: [Mean::default(); MAX_WINDOWS], shape: Shape::default() };
+        let mut whole = Whole { means: [Mean::default(); MAX_WINDOWS], slope: Numbers::default() };
         for idx in 0..MAX_WINDOWS {
             whole.means[idx].value = middle * step.values[idx];
             whole.means[idx].variance = middle_variance * step.squares[idx];
         }
-        whole.shape.bend = middle * step.bend;
         let mut from = 0;
         for (idx, &to) in self.halves.iter().enumerate() {
             let ring = Ring::new(&self.steps, rows, variances, from..to);
@@ -102,36 +88,17 @@ impl AllWindows {
         for idx in 0..MAX_WINDOWS {
             whole.means[idx].variance = whole.means[idx].variance * self.shared[idx];
         }
-        whole.shape.bend_gain = Numbers::splat(self.bend_gain);
         whole
     }
 }
 
-impl Shape {
-    /// Fits by one whole window. `rows` start as many points before the first as it reaches.
-    #[inline(always)]
-    pub fn fit(window: &Kernels, rows: &[f32]) -> Self {
-        let half = window.half_length();
-        let [middle, weights @ ..] = window.outwards() else { return Self::default() };
-        let mut bend = Numbers::of(&rows[half..]) * middle.bend;
-        let mut slope = Numbers::default();
-        for (weights, (before, after)) in weights.iter().zip(pairs(rows, half)) {
-            bend = bend + (before + after) * weights.bend;
-            slope = slope + (after - before) * weights.slope;
-        }
-        Self { slope, bend, bend_gain: Numbers::splat(window.whole().bend_gain) }
-    }
-
-    /// This shape in the lanes where `limits` are over zero, `other` elsewhere.
-    #[inline(always)]
-    pub fn where_over_zero(&self, limits: Numbers, other: &Self) -> Self {
-        let zero = Numbers::default();
-        Self {
-            slope: limits.where_over(zero, self.slope, other.slope),
-            bend: limits.where_over(zero, self.bend, other.bend),
-            bend_gain: limits.where_over(zero, self.bend_gain, other.bend_gain),
-        }
-    }
+/// Slopes of the parabolas in one whole window, per column. `rows` start as many points before the first as it reaches.
+#[inline(always)]
+pub fn slopes(window: &Kernels, rows: &[f32]) -> Numbers {
+    let half = window.half_length();
+    let weights = window.outwards().get(1..).unwrap_or_default();
+    let pairs = weights.iter().zip(pairs(rows, half));
+    pairs.fold(Numbers::default(), |slope, (weights, (before, after))| slope + (after - before) * weights.slope)
 }
 
 /// Points within a range of distances from the middles, which the same windows contain.
@@ -164,7 +131,7 @@ impl<'a> Ring<'a> {
     fn add<const N: usize>(&self, whole: &mut Whole) {
         let Some(means) = whole.means.last_chunk_mut::<N>() else { return };
         let mut sums = *means;
-        let (mut slope, mut bend) = (whole.shape.slope, whole.shape.bend);
+        let mut slope = whole.slope;
         let rows = self.before.array_windows().rev().zip(self.after.array_windows());
         let variances = self.variances_before.array_windows().rev().zip(self.variances_after.array_windows());
         for (step, ((before, after), (variance_before, variance_after))) in
@@ -177,11 +144,10 @@ impl<'a> Ring<'a> {
                 sums[i].value = sums[i].value + both * step.values[MAX_WINDOWS - N + i];
                 sums[i].variance = sums[i].variance + variance * step.squares[MAX_WINDOWS - N + i];
             }
-            bend = bend + both * step.bend;
             slope = slope + (after - before) * step.slope;
         }
         *means = sums;
-        (whole.shape.slope, whole.shape.bend) = (slope, bend);
+        whole.slope = slope;
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod along;
 pub mod cut;
+pub mod departures;
 pub mod kernels;
 pub mod means;
 pub mod points;

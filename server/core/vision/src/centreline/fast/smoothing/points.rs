@@ -2,18 +2,19 @@
 
 use std::ops::Range;
 
-use super::means::{Mean, Shape};
+use super::means::Mean;
 use crate::centreline::CentrelinePoint;
 use crate::centreline::fast::across::pieces::Crossings;
-use crate::centreline::fast::lanes::LANES;
-use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX, SKEW_SHRINKAGE};
+use crate::centreline::fast::lanes::{LANES, Numbers};
+use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX};
 
 type Lanes = [f32; LANES];
 
 /// The parabola chosen in every lane.
 pub struct Chosen {
     pub mean: Mean,
-    pub shape: Shape,
+    /// Its slope, per column.
+    pub slopes: Numbers,
 }
 
 /// No window.
@@ -80,27 +81,15 @@ fn stated_widths(measured_px: &[f32]) -> Lanes {
 impl Chosen {
     /// Position, normal and σ; a crossing without a fit keeps its own position and σ.
     #[inline(always)]
-    pub fn described(&self, cross_variance_px2: &Lanes) -> Described {
-        let (Mean { value, variance }, Shape { slope, bend, bend_gain }) = (&self.mean, &self.shape);
-        let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
+    pub fn described(&self) -> Described {
+        let Mean { value, variance } = &self.mean;
+        let [mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 3];
         for i in 0..LANES {
-            let (slope, bend) = (slope.0[i], bend.0[i]);
-            let variance = variance.0[i].max(1e-10);
-            let doubt = SKEW_SHRINKAGE * bend_gain.0[i] * variance;
-            let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
-            shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
+            let slope = self.slopes.0[i];
             across[i] = 1.0 / (1.0 + slope * slope).sqrt();
             normal_u[i] = -slope * across[i];
-            sigma_px[i] = variance.sqrt() * across[i];
+            sigma_px[i] = variance.0[i].max(1e-10).sqrt() * across[i];
         }
-        Described { shift, normal_u, across, sigma_px }
+        Described { shift: value.0, normal_u, across, sigma_px }
     }
-}
-
-/// Shift (rows) of the centre of a column's profile from a line that is steep and curved at once: to first order in the
-/// curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
-#[inline(always)]
-fn skew_shift(slope: f32, curvature: f32, cross_variance_px2: f32) -> f32 {
-    let steep = slope * slope;
-    1.5 * curvature * steep / ((1.0 + steep) * (1.0 + steep)) * cross_variance_px2
 }

@@ -2,7 +2,7 @@
 
 use super::cut::{Cut, Near};
 use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
-use super::means::{Mean, Shape};
+use super::means::Mean;
 use crate::centreline::fast::lanes::{LANES, Numbers};
 
 /// Windows of one length.
@@ -67,28 +67,23 @@ impl Windows {
         valid
     }
 
-    /// Refits slopes and bends where the line ends inside the window, in the lanes that have `chosen` it.
+    /// Refits slopes where the line ends inside the window, in the lanes that have `chosen` it.
     #[inline(always)]
-    pub fn cut_shapes(&mut self, block: Block, rows: Along, chosen: &Numbers, shape: &mut Shape) {
+    pub fn cut_slopes(&mut self, block: Block, rows: Along, chosen: &Numbers, slopes: &mut Numbers) {
         let Self { kernels, cut } = self;
         let is_chosen = |i: &usize| chosen.0[*i] > 0.0;
         if cut.is_for(block.n) {
             for near in block.near_ends(kernels.half_length()) {
-                let of_cut = cut.shape(near, block.towards(near, rows));
+                let of_cut = cut.slopes(near, block.towards(near, rows));
                 for i in (near.first..near.past_last).filter(is_chosen) {
-                    shape.slope.0[i] = of_cut.slope.0[i];
-                    shape.bend.0[i] = of_cut.bend.0[i];
-                    shape.bend_gain.0[i] = of_cut.bend_gain.0[i];
+                    slopes.0[i] = of_cut.0[i];
                 }
             }
             return;
         }
         for i in block.cut(kernels.half_length()).filter(is_chosen) {
             let (kernel, before) = block.kernel_at(kernels, i);
-            let rows = &rows.numbers[rows.at + i - before..];
-            shape.slope.0[i] = sum(&kernel.slope, rows);
-            shape.bend.0[i] = sum(&kernel.bend, rows);
-            shape.bend_gain.0[i] = kernel.bend_gain;
+            slopes.0[i] = sum(&kernel.slope, &rows.numbers[rows.at + i - before..]);
         }
     }
 }
