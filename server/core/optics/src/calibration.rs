@@ -66,10 +66,27 @@ pub struct TriangulatedPoint {
 }
 
 impl TriangulatedPoint {
-    /// Standard deviation along the ray, mm, for pixel noise of `sigma_px` along the image direction `normal`.
+    /// As [`range_sigma_mm`].
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
-        (self.range_by_pixel.x * normal[0] + self.range_by_pixel.y * normal[1]).abs() * sigma_px
+        range_sigma_mm(&self.range_by_pixel, normal, sigma_px)
     }
+}
+
+/// Smallest cosine between a line's normal and the direction in which the distance changes: lines are extracted up to 75°
+/// from their direction, 0.26.
+const MIN_ACROSS: f64 = 0.1;
+
+/// Standard deviation of the surface's distance along a pixel's ray, mm, where a line with the unit `normal` has noise
+/// of `sigma_px` along it.
+///
+/// A line that runs obliquely meets the pixel's column (row) σ / |cos| further on: with g the change of the distance per
+/// pixel and n the normal, σ_r = |g|² / |g·n| · σ. A shift along the line itself changes nothing.
+///
+/// [`MIN_ACROSS`] bounds it for a line that no extraction would follow.
+pub(crate) fn range_sigma_mm(range_by_pixel: &Vector2<f64>, normal: &[f64; 2], sigma_px: f64) -> f64 {
+    let steepest = range_by_pixel.norm();
+    let across = range_by_pixel.x * normal[0] + range_by_pixel.y * normal[1];
+    steepest * steepest / across.abs().max(MIN_ACROSS * steepest) * sigma_px
 }
 
 impl Calibration {
@@ -194,5 +211,24 @@ impl Calibration {
         let n_deviations = of_nodes.len();
         modes.iter_mut().for_each(|mode| mode.resize(n + n_deviations, 0.0));
         modes.into_iter().chain(of_nodes).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_of_an_oblique_line_moves_its_crossing_with_the_column_further() {
+        let by_pixel = Vector2::new(0.0, 0.25);
+        let sigma_mm = |slope: f64| {
+            let across = 1.0 / (1.0 + slope * slope).sqrt();
+            range_sigma_mm(&by_pixel, &[-slope * across, across], 0.1)
+        };
+        // A line of slope m moved by σ along its normal crosses the column σ·√(1 + m²) further on.
+        for slope in [0.0, 0.5, -1.0, 3.0] {
+            assert!((sigma_mm(slope) - 0.025 * (1.0 + slope * slope).sqrt()).abs() < 1e-12, "{slope}");
+        }
+        assert!(sigma_mm(1e9).is_finite());
     }
 }

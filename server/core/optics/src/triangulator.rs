@@ -8,6 +8,7 @@ use multiversion::multiversion;
 use nalgebra::{DVector, Vector2, Vector3};
 
 use crate::calibration::Calibration;
+use crate::calibration::range_sigma_mm;
 use crate::cubic::CubicFit;
 use crate::frames::{CameraFrame, PointMm};
 use cell::{CELL_PX, Cell, DEPTH_LANES, HitsMut, LANES};
@@ -78,9 +79,9 @@ pub struct RayHit {
 }
 
 impl RayHit {
-    /// Standard deviation along the ray, mm, for pixel noise of `sigma_px` along the image direction `normal`.
+    /// As [`range_sigma_mm`].
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
-        (self.range_by_pixel.x * normal[0] + self.range_by_pixel.y * normal[1]).abs() * sigma_px
+        range_sigma_mm(&self.range_by_pixel, normal, sigma_px)
     }
 }
 
