@@ -10,6 +10,7 @@ use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points, Weighted, fit};
 use crate::fitting::robust::{normalised_distance, within};
 use crate::fitting::sample::Samples;
+use crate::interface::shape::Shape;
 use crate::measuring::noise::{correlation_px, redundancy, spacing_px};
 use crate::measuring::value::band_width;
 use crate::params::{FLATNESS_FRACTION, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
@@ -72,21 +73,23 @@ pub(crate) fn keep_form(samples: &Samples, plane: &mut FeatureFit) -> Option<()>
 pub(crate) fn flatness(samples: &Samples, plane: &FeatureFit) -> Flatness {
     let residuals: Vec<f64> =
         plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
-    without_noise(samples, &plane.inliers, &residuals, band_width)
+    without_noise(samples, (&plane.inliers, &plane.shape), &residuals, band_width)
 }
 
-/// The width of a form's zone without the contribution of noise. `residuals`: of the points `inliers`, mm; `band`: the
-/// width of the zone that holds 99.9 % of them.
+/// The width of a form's zone without the contribution of noise. `residuals`: of the points `inliers` of a shape, mm;
+/// `band`: the width of the zone that holds 99.9 % of them.
 pub(crate) fn without_noise(
     samples: &Samples,
-    inliers: &[u32],
+    (inliers, shape): (&[u32], &Shape),
     residuals: &[f64],
     band: impl Fn(&mut [f64]) -> f64,
 ) -> Flatness {
     let n = residuals.len() as f64;
     let mean = residuals.iter().sum::<f64>() / n;
     let square = residuals.iter().map(|r| (r - mean) * (r - mean)).sum::<f64>() / n;
-    let noise_mm = noise_mm(samples, inliers, residuals).min(square.sqrt());
+    let noise_mm = differences_mm(samples, inliers, residuals)
+        .unwrap_or_else(|| predicted_mm(samples, inliers, shape))
+        .min(square.sqrt());
     let band_mm = band(&mut residuals.to_vec());
     let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
     let linear = (band_mm - noise_band_mm).max(0.0);
@@ -106,8 +109,8 @@ pub(crate) fn without_noise(
 }
 
 /// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart for
-/// independent noise and close enough for equal form.
-fn noise_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> f64 {
+/// independent noise and close enough for equal form. `None` if no line is long enough for that.
+fn differences_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> Option<f64> {
     let lag_px = LAG_CORRELATIONS * correlation_px(samples.cloud);
     let spacing = |i: usize, j: usize| spacing_px(samples, inliers[i], inliers[j]);
     let beyond = |from: usize, start: usize, lag_px: f64| {
@@ -129,5 +132,11 @@ fn noise_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> f64 {
             n += 1.0;
         }
     }
-    if n > 0.0 { f64::sqrt(sum / n) } else { 0.0 }
+    (n > 0.0).then(|| f64::sqrt(sum / n))
+}
+
+/// The noise of the points along the normal of a shape as stated for them, RMS, mm.
+fn predicted_mm(samples: &Samples, inliers: &[u32], shape: &Shape) -> f64 {
+    let squares = inliers.iter().map(|&idx| samples.at(idx).normal_sigma_mm(shape).powi(2));
+    (squares.sum::<f64>() / inliers.len().max(1) as f64).sqrt()
 }

@@ -92,7 +92,9 @@ impl CharacteristicEvaluator<'_> {
             Measure::Flatness { .. } => positions.iter().map(|at| form.shape.distance_mm(at)).collect(),
             _ => form_residuals(self.chain.plan, measure, self.base, &positions)?,
         };
-        Some(without_noise(samples, &form.inliers, &residuals, |residuals| band(measure, residuals)))
+        Some(without_noise(samples, (&form.inliers, &form.shape), &residuals, |residuals| {
+            band(measure, residuals)
+        }))
     }
 
     fn failure(&self, idx: usize) -> MeasureError {
