@@ -86,17 +86,22 @@ struct End {
 }
 
 impl End {
+    /// How many points the fading extends over, at least the last one. Further in, speckle alone dims points.
+    fn n_fading(&self) -> usize {
+        let full = self.shares.iter().position(|share| *share >= FULL_FRACTION).unwrap_or(self.shares.len());
+        full.clamp(1, RIM_MIN_RUN_POINTS)
+    }
+
     /// Blur of this end along the line (one σ, mm), from two neighbouring points of reduced intensity.
     fn blur_mm(&self) -> Option<f64> {
-        let pair =
-            self.shares.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
+        let near = self.shares.get(..=self.n_fading())?;
+        let pair = near.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
         Some(self.spacing_mm / (quantile(pair[1]) - quantile(pair[0])))
     }
 
     /// The crossing before the rim's direction is known: half a spacing beyond the last point.
     fn crossing(&self) -> Crossing {
-        let fading =
-            self.shares.iter().enumerate().take(RIM_MIN_RUN_POINTS).filter(|(_, share)| is_fading(**share));
+        let fading = self.shares.iter().enumerate().take(self.n_fading()).filter(|(_, share)| is_fading(**share));
         let middle = fading.min_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
         Crossing {
             sample_idx: self.last,
@@ -113,6 +118,9 @@ impl End {
 fn is_fading(share: f64) -> bool {
     (FADING_FRACTION..1.0 - FADING_FRACTION).contains(&share)
 }
+
+/// Fraction of the full intensity at which fading ends: one σ of the blur inside the rim.
+const FULL_FRACTION: f64 = 0.84;
 
 /// Fractions closer than this to 0 or 1 are dominated by noise.
 const FADING_FRACTION: f64 = 0.05;

@@ -43,6 +43,17 @@ pub(crate) struct Rim {
     pub(crate) threshold_mm: Option<f64>,
 }
 
+/// How the crossings of a rim are moved across it by their common uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RimShift {
+    None,
+    /// All alike.
+    Threshold,
+    /// Oblique crossings, up to the most oblique ones used: across the line, light fades over the thickness of the sheet
+    /// rather than over the blur.
+    Oblique,
+}
+
 /// Coordinates in a plane; the axes stay fixed when the plane is perturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlaneAxes {
@@ -140,21 +151,27 @@ impl Rim {
         })
     }
 
-    /// The contour refitted to its perturbed crossings, moved outwards from the plane by `shift_mm`.
-    pub(crate) fn refit(&self, seen: &[(Vector3<f64>, &Crossing)], shift_mm: f64) -> Option<Contour> {
+    /// The contour refitted to its perturbed crossings, moved outwards from the plane by `shift`.
+    pub(crate) fn refit(&self, seen: &[(Vector3<f64>, &Crossing)], shift: RimShift) -> Option<Contour> {
         let flat: Vec<Vector2<f64>> = seen.iter().map(|(place, _)| self.axes.flat(place)).collect();
         let fitted = contour::fit(&self.contour, &flat)?;
-        if shift_mm == 0.0 {
+        if shift == RimShift::None {
             return Some(fitted);
         }
+        let threshold_mm = self.threshold_mm.unwrap_or(0.0);
         // Outwards from the plane: towards the centre of a hole, away from a plate.
         let shifted: Vec<Vector2<f64>> = flat
             .iter()
             .zip(seen)
             .map(|(place, (_, crossing))| {
                 let (_, normal) = fitted.distance_and_normal(place);
-                let outwards = normal.dot(&self.axes.flat_direction(&crossing.outwards)).signum();
-                place + normal * (outwards * shift_mm)
+                let sine = normal.dot(&self.axes.flat_direction(&crossing.outwards));
+                let share = match shift {
+                    RimShift::None => 0.0,
+                    RimShift::Threshold => 1.0,
+                    RimShift::Oblique => ((1.0 - sine.abs()) / (1.0 - RIM_MIN_SINE)).min(1.0),
+                };
+                place + normal * (sine.signum() * share * threshold_mm)
             })
             .collect();
         contour::fit(&fitted, &shifted)
