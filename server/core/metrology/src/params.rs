@@ -71,8 +71,8 @@ pub const MIN_COSINE: f64 = 0.3;
 /// tangent and is amplified in the radius.
 pub const MIN_CURVED_COSINE: f64 = 0.4;
 
-/// The same for points lit at more than this incidence (tangent, 56°): across the thickness of the sheet the light
-/// then grows so fast towards the side facing the projector that the stripe's centre moves there, by
+/// The same for points lit at more than this incidence (tangent, 56°) where the surface is curved across the sheet: across
+/// the sheet's thickness the light then grows so fast towards the side facing the projector that the stripe's centre moves there, by
 /// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
 /// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). What it
 /// leaves is no more than U holds for the footprint: two of its σ, [`FOOTPRINT_FACTOR`] · s²/2R each.
@@ -117,9 +117,16 @@ pub const COVERAGE_FACTOR: f64 = 2.0;
 /// Key of the cloud comment with the thickness of its light sheets (one σ, mm).
 pub const LINE_SIGMA_KEY: &str = "line_sigma_mm ";
 
-/// Displacement of a line's centre on a curved surface, one σ, in units of δ: 0 for a centre at the peak, 3 for a
-/// centroid; an extraction whose kernel is as wide as the line lies in between, depending on saturation and blur.
+/// Displacement of a line's centre on a curved surface in units of δ: 0 for a centre at the peak, 3 for a centroid, 1.5
+/// for an extraction whose kernel is as wide as the line. Values are corrected for it.
 pub const FOOTPRINT_FACTOR: f64 = 1.5;
+/// σ of that correction as a fraction of it: saturation and blur may move the centre anywhere between peak and centroid,
+/// a rectangular distribution.
+pub const FOOTPRINT_SIGMA: f64 = 0.577;
+
+/// Standard uncertainty of the centreline where a line changes its curvature, in σ of a point: the extraction detects a
+/// bias of half a σ, and what it does not detect lies anywhere below.
+pub const BEND_SIGMAS: f64 = 0.29;
 
 /// Number of frames with the same speckle, times their distance, in thicknesses of the sheet: the integral 2√π of the
 /// correlation exp(−Δ²/4s²) over the travel (eq. 5).

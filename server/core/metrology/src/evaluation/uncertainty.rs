@@ -14,14 +14,15 @@ use crate::evaluation::chain::{Chain, PointSet, PointSetUse};
 use crate::evaluation::fitted::{Fitted, MAX_FEATURE_PARAMETERS};
 use crate::evaluation::rims::contour::Contour;
 use crate::evaluation::rims::crossings::Crossing;
+use crate::evaluation::rims::rim::{Rim, RimShift};
 use crate::evaluation::values::{Primitive, State};
 use crate::fitting::fit::{Matrix, Weighted, fit};
-use crate::fitting::footprint::footprint_mm;
+use crate::fitting::footprint::{bend_mm, footprint_mm};
 use crate::fitting::sample::thinned;
 use crate::interface::shape::Shape;
 use crate::measuring::noise::{FeatureNoise, shape_covariance, speckle_redundancy};
 use crate::measuring::systematic::{Pixel, Retriangulation};
-use crate::params::NOISE_POINTS;
+use crate::params::{FOOTPRINT_SIGMA, NOISE_POINTS};
 
 /// Step of the numerical derivatives by a feature's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
@@ -124,6 +125,8 @@ fn moved_by(primitive: &Primitive, step: &[f64; MAX_FEATURE_PARAMETERS]) -> Prim
 /// Effect of the common errors on the components of every characteristic.
 pub(crate) struct Systematic {
     pub(crate) covariances: Vec<Matrix3<f64>>,
+    /// Corrections of the components for the thickness of the lines on curved features.
+    pub(crate) corrections: Vec<Vector3<f64>>,
     /// Whether any mode gave no value.
     pub(crate) has_failed: Vec<bool>,
 }
@@ -131,10 +134,12 @@ pub(crate) struct Systematic {
 /// A perturbation of the re-triangulated pixels.
 enum Perturbation<'a> {
     Calibration(&'a Calibration),
-    /// Points of curved features displaced by the thickness of the lines (one σ, mm).
+    /// Points of curved features corrected for the thickness of the lines (one σ, mm).
     LineThickness(f64),
+    /// Points of curved features displaced by what averaging along the lines leaves.
+    Bends,
     /// Rims displaced by the uncertainty of their threshold.
-    EdgeThreshold,
+    Rims(RimShift),
 }
 
 /// Covariance of the components of every characteristic from the calibration, the temperature, the thickness of the lines
@@ -153,13 +158,27 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
         .par_iter()
         .map(|pair| [0, 1].map(|side| difference(&seen(Perturbation::Calibration(&pair[side])))))
         .collect();
-    let pulled = chain.samples.line_sigma_mm.map(Perturbation::LineThickness);
-    for other in [pulled, Some(Perturbation::EdgeThreshold)].into_iter().flatten() {
+    let others =
+        [Perturbation::Rims(RimShift::Threshold), Perturbation::Rims(RimShift::Oblique), Perturbation::Bends];
+    for other in others {
         let moved = difference(&seen(other));
         modes.push([moved.clone(), moved]);
     }
     let n = chain.plan.characteristics.len();
-    let mut all = Systematic { covariances: vec![Matrix3::zeros(); n], has_failed: vec![false; n] };
+    let mut all = Systematic {
+        covariances: vec![Matrix3::zeros(); n],
+        corrections: vec![Vector3::zeros(); n],
+        has_failed: vec![false; n],
+    };
+    if let Some(line_sigma_mm) = chain.samples.line_sigma_mm {
+        for (idx, change) in difference(&seen(Perturbation::LineThickness(line_sigma_mm))).into_iter().enumerate()
+        {
+            let correction = change.unwrap_or_default();
+            all.corrections[idx] = correction;
+            all.covariances[idx] += correction * correction.transpose() * FOOTPRINT_SIGMA * FOOTPRINT_SIGMA;
+            all.has_failed[idx] = change.is_none();
+        }
+    }
     for side in modes.iter().flatten() {
         for (idx, change) in side.iter().enumerate() {
             match change {
@@ -218,8 +237,13 @@ fn refitted(
         let position = retriangulation.part_position(calibration, pixel)?;
         Some(match seen {
             Perturbation::LineThickness(line_sigma_mm) => {
-                let pull = footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm);
-                position + shape.normal_at(&position) * pull
+                let outwards_mm = footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm);
+                position + shape.normal_at(&position) * outwards_mm
+            }
+            Perturbation::Bends => {
+                let outwards_mm =
+                    bend_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, pixel.noise_sigma_mm());
+                position + shape.normal_at(&position) * outwards_mm
             }
             _ => position,
         })
@@ -243,7 +267,7 @@ fn refitted(
                     set,
                     pixels,
                     |pixel| place(pixel, &set.shape),
-                    matches!(seen, Perturbation::EdgeThreshold),
+                    if let Perturbation::Rims(shift) = seen { *shift } else { RimShift::None },
                 );
                 primitives[set.feature] = contour.map_or(Primitive::None, Primitive::Contour);
             }
@@ -257,11 +281,11 @@ fn refitted(
 }
 
 fn refitted_rim(
-    rim: &crate::evaluation::rims::rim::Rim,
+    rim: &Rim,
     set: &PointSet,
     pixels: &[Pixel],
     place: impl Fn(&Pixel) -> Option<Vector3<f64>>,
-    is_shifted: bool,
+    shift: RimShift,
 ) -> Option<Contour> {
     let crossing_of: HashMap<u32, &Crossing> = rim.crossings.iter().map(|c| (c.sample_idx, c)).collect();
     debug_assert_eq!(set.indices.len(), rim.crossings.len());
@@ -272,5 +296,5 @@ fn refitted_rim(
             Some((place(pixel)? + crossing.offset, crossing))
         })
         .collect();
-    rim.refit(&seen, if is_shifted { rim.threshold_mm.unwrap_or(0.0) } else { 0.0 })
+    rim.refit(&seen, shift)
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::fitting::outline::Outline;
 use crate::fitting::ransac::{self, RadiusRange};
 use crate::fitting::robust::{TrimmedFit, fit_trimmed, normalised_distance, within};
-use crate::fitting::sample::Samples;
+use crate::fitting::sample::{Sample, Samples};
 use crate::interface::shape::Shape;
 use crate::params::{
     MAX_CURVED_LIGHT_TANGENT, MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_FEATURE_FRACTION,
@@ -46,6 +46,19 @@ pub(crate) fn light_in_camera(calibration: &Calibration) -> Option<PointMm<Camer
         LightSurfaces::Grating(grating) => grating.ray(0.0, 0).map(|ray| PointMm::new(ray.origin_mm)),
         LightSurfaces::Planes(_) | LightSurfaces::Pencil(_) => None,
     }
+}
+
+/// Tangent of the light's incidence on a curved surface, times its curvature across the light sheet relative to its largest
+/// curvature: 0 on a cylinder along the travel, whose surface is straight across the sheet.
+///
+/// The sheet's thickness lies in the plane of ray and light.
+fn light_tangent(shape: &Shape, sample: &Sample, to_light: &Vector3<f64>) -> f64 {
+    let normal = shape.normal_at(&sample.in_part.xyz);
+    let lit = normal.dot(to_light).abs();
+    let aside = to_light - sample.ray * sample.ray.dot(to_light);
+    let across = (aside - normal * normal.dot(&aside)).try_normalize(0.0).unwrap_or_default();
+    let steepest = shape.largest_curvature();
+    (1.0 - lit * lit).max(0.0).sqrt() / lit * (shape.curvature_along(&across) / steepest)
 }
 
 /// Searches among the points of one cloud.
@@ -178,13 +191,12 @@ impl Search<'_> {
         if matches!(shape, Shape::Plane { .. }) {
             return inside;
         }
-        let least_lit = 1.0 / 1f64.hypot(MAX_CURVED_LIGHT_TANGENT);
         let is_frontal = |&idx: &u32| {
             let sample = self.samples.at(idx);
             match self.samples.to_light(idx) {
                 Some(to_light) => {
-                    let lit = shape.normal_at(&sample.in_part.xyz).dot(&to_light);
-                    sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= least_lit
+                    let is_seen = sample.cosine(shape) >= MIN_CURVED_COSINE;
+                    is_seen && light_tangent(shape, &sample, &to_light) <= MAX_CURVED_LIGHT_TANGENT
                 }
                 None => sample.cosine(shape) >= MIN_CURVED_COSINE_UNLIT,
             }

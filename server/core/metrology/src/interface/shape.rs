@@ -88,6 +88,22 @@ impl Shape {
         }
     }
 
+    /// Largest curvature of the surface, 1/mm.
+    pub(crate) fn largest_curvature(&self) -> f64 {
+        match self {
+            Self::Plane { .. } => 0.0,
+            Self::Sphere { radius_mm, .. } | Self::Cylinder { radius_mm, .. } => 1.0 / radius_mm,
+        }
+    }
+
+    /// Curvature of the surface along a unit tangent, 1/mm.
+    pub(crate) fn curvature_along(&self, tangent: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Plane { .. } | Self::Sphere { .. } => self.largest_curvature(),
+            Self::Cylinder { axis, .. } => self.largest_curvature() * (1.0 - axis.dot(tangent).powi(2)),
+        }
+    }
+
     /// The intersection of the ray through a point with the surface, to first order; near the limb, where the ray may
     /// miss, with the cosine limited to [`MIN_COSINE`].
     pub(crate) fn foot_on_ray(&self, position: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {

@@ -12,7 +12,7 @@ use crate::measuring::measure::Measurand;
 use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
-use crate::params::{EXPANSION_PER_K, TEMPERATURE_SIGMA_K};
+use crate::params::{EXPANSION_PER_K, FOOTPRINT_SIGMA, TEMPERATURE_SIGMA_K};
 
 /// Ratio of residuals to predicted noise above which a note is added.
 const NOTEWORTHY_RATIO: f64 = 1.25;
@@ -23,6 +23,8 @@ pub(crate) struct Budget {
     pub(crate) u_noise: f64,
     /// From the contributions common to all points; `None` without a calibration.
     pub(crate) u_systematic: Option<f64>,
+    /// Correction of the value for the thickness of the lines on curved features.
+    pub(crate) correction: f64,
     /// Contributions included in neither.
     pub(crate) missing: Vec<Missing>,
     /// RMS of every feature along its normal predicted from the noise, mm.
@@ -55,13 +57,17 @@ pub(crate) fn budget(
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(measurand, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
-    let thickness = thickness(samples, measurand, features, retriangulation, notes);
+    let correction = thickness_correction(samples, measurand, features, retriangulation, notes);
     lacks(
-        samples.line_sigma_mm.is_some() && retriangulation.is_some() && thickness.is_none(),
+        samples.line_sigma_mm.is_some() && retriangulation.is_some() && correction.is_none(),
         Missing::LineThickness,
     );
-    let u_systematic = modes.map(|(u, _)| u.hypot(thickness.unwrap_or(0.0)).hypot(expansion(measurand, value)));
-    Some(Budget { u_noise: noise.standard_uncertainty, u_systematic, missing, expected_mm: noise.expected_mm })
+    let correction = correction.unwrap_or(0.0);
+    let bend = retriangulation.and_then(|pixels| pixels.bend_uncertainty(measurand, features)).unwrap_or(0.0);
+    let of_curves = bend.hypot(FOOTPRINT_SIGMA * correction);
+    let u_systematic = modes.map(|(u, _)| u.hypot(of_curves).hypot(expansion(measurand, value)));
+    let (u_noise, expected_mm) = (noise.standard_uncertainty, noise.expected_mm);
+    Some(Budget { u_noise, u_systematic, correction, missing, expected_mm })
 }
 
 /// The noise of every feature's points, without the calibration's contribution to their σ.
@@ -92,8 +98,8 @@ fn expansion(measurand: &Measurand, value: f64) -> f64 {
     }
 }
 
-/// Contribution of the lines' thickness on curved features, 0 where it has no effect; `None` if it is unknown.
-fn thickness(
+/// Correction of the value for the lines' thickness on curved features, 0 where it has no effect; `None` if it is unknown.
+fn thickness_correction(
     samples: &Samples,
     measurand: &Measurand,
     features: &[FeatureFit],
@@ -103,10 +109,12 @@ fn thickness(
     if features.iter().all(|feature| matches!(feature.shape, Shape::Plane { .. })) {
         return Some(0.0);
     }
-    let u = retriangulation?.line_width_uncertainty(measurand, features, samples.line_sigma_mm?)?;
+    let correction = retriangulation?.thickness_correction(measurand, features, samples.line_sigma_mm?)?;
     notes.push(format!(
-        "the thickness of the lines on the curved surface contributes {:.1} µm to the systematic part of u",
-        1e3 * u
+        "the value was corrected by {:+.1} µm for the thickness of the lines on the curved surface, which contributes {:.1} µm \
+         to the systematic part of u",
+        1e3 * correction,
+        1e3 * FOOTPRINT_SIGMA * correction.abs()
     ));
-    Some(u)
+    Some(correction)
 }

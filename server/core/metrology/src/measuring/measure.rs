@@ -62,6 +62,7 @@ pub fn measure(
             .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.len() })
     };
     let mut budget = evaluate(&measurand, measured, &mut notes)?;
+    measured += budget.correction;
     let tilts_deg = tilts_deg(&features, request.tool);
     if request.tool == Tool::Angle {
         let across = Measurand { turn: measurand.turn.map(|turn| second_axis(&features, &turn)), ..measurand };

@@ -11,7 +11,7 @@ use statistics::median;
 
 use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points as _, Weighted, fit};
-use crate::fitting::footprint::footprint_mm;
+use crate::fitting::footprint::{bend_mm, footprint_mm};
 use crate::fitting::robust::Near;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::request::{MeasureError, Tool};
@@ -43,6 +43,8 @@ pub(crate) struct Pixel {
     pub(crate) weight: f64,
     /// Contribution of the calibration to the σ along the ray, mm.
     systematic_sigma_mm: f64,
+    /// That of the noise.
+    noise_sigma_mm: f64,
 }
 
 impl Pixel {
@@ -52,6 +54,10 @@ impl Pixel {
 
     pub(crate) fn systematic_sigma_mm(&self) -> f64 {
         self.systematic_sigma_mm
+    }
+
+    pub(crate) fn noise_sigma_mm(&self) -> f64 {
+        self.noise_sigma_mm
     }
 }
 
@@ -196,23 +202,43 @@ impl<'a> Retriangulation<'a> {
         self.calibration
     }
 
-    /// Change of the value when every point of a curved feature moves by the possible displacement of a line of finite
+    /// Standard uncertainty of the value from what averaging along curved lines leaves ([`bend_mm`]); 0 for flat features.
+    pub(crate) fn bend_uncertainty(&self, measurand: &Measurand, features: &[FeatureFit]) -> Option<f64> {
+        self.change(measurand, features, |p, shape, position| {
+            bend_mm(shape, position, &p.ray, &p.sheet_normal, p.noise_sigma_mm)
+        })
+        .map(f64::abs)
+    }
+
+    /// Change of the value when every point of a curved feature moves back by the displacement of a line of finite
     /// thickness ([`footprint_mm`]); 0 for flat features.
-    pub(crate) fn line_width_uncertainty(
+    pub(crate) fn thickness_correction(
         &self,
         measurand: &Measurand,
         features: &[FeatureFit],
         line_sigma_mm: f64,
     ) -> Option<f64> {
+        self.change(measurand, features, |p, shape, position| {
+            footprint_mm(shape, position, &p.ray, &p.sheet_normal, line_sigma_mm)
+        })
+    }
+
+    /// Change of the value when every point moves along the outward normal of its feature.
+    fn change(
+        &self,
+        measurand: &Measurand,
+        features: &[FeatureFit],
+        outwards_mm: impl Fn(&Pixel, &Shape, &Vector3<f64>) -> f64,
+    ) -> Option<f64> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+        let calibration = self.calibration;
         let as_seen =
-            self.value_with(measurand, &shapes, self.calibration, |p, _| self.part_position(self.calibration, p))?;
-        let pulled = self.value_with(measurand, &shapes, self.calibration, |p, shape| {
-            let position = self.part_position(self.calibration, p)?;
-            let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
-            Some(position + shape.normal_at(&position) * pull)
+            self.value_with(measurand, &shapes, calibration, |p, _| self.part_position(calibration, p))?;
+        let moved = self.value_with(measurand, &shapes, calibration, |p, shape| {
+            let position = self.part_position(calibration, p)?;
+            Some(position + shape.normal_at(&position) * outwards_mm(p, shape, &position))
         })?;
-        Some((pulled - as_seen).abs())
+        Some(moved - as_seen)
     }
 
     /// The value after refitting every shape to its points at positions given by `place`; `calibration` determines the
@@ -301,6 +327,7 @@ fn pixel(
     };
     let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
     let motion = calibration.stage.and_then(|stage| stage.motion(position));
+    let systematic_sigma_mm = calibration.systematic_sigma_mm(point.order, &hit)?.hypot(of_stage_mm);
     Some(Pixel {
         sample_idx,
         order: point.order,
@@ -313,7 +340,8 @@ fn pixel(
         mismatch_mm: mismatch_mm(calibration, &hit.hit_in_camera, &carried, position),
         distance_mm: hit.hit_in_camera.xyz.norm(),
         weight,
-        systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?.hypot(of_stage_mm),
+        systematic_sigma_mm,
+        noise_sigma_mm: (sample.sigma_mm.powi(2) - systematic_sigma_mm.powi(2)).max(0.0).sqrt(),
     })
 }
 

@@ -57,7 +57,11 @@ pub fn evaluate(
     let noise = uncertainty::noise(&chain, retriangulation.as_ref());
     let by_noise = uncertainty::by_noise(&chain, &base, &noise);
     let by_modes = retriangulation.as_ref().map(|retriangulation| uncertainty::by_modes(&chain, retriangulation));
-    let components = chain.components(&base, |_| true);
+    let mut components = chain.components(&base, |_| true);
+    for (component, correction) in components.iter_mut().zip(by_modes.iter().flat_map(|modes| &modes.corrections))
+    {
+        *component = component.map(|component| component + correction);
+    }
     let features: Vec<FeatureResult> =
         (0..plan.features.len()).into_par_iter().map(|idx| feature_result(&chain, &base, &noise, idx)).collect();
     let evaluator =
