@@ -2,4 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod parts;
 mod scales;
+mod warnings;

@@ -2,17 +2,17 @@
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::Mutex;
 
 use calibration::CalibrationOptions;
 use metrology::{MeasureRequest, Tool, measure};
 use nalgebra::Vector2;
 use optics::Calibration;
-use pipeline::{Failure, Reporter, Task, calibrate_features, open_capture, read_features, scan_capture};
+use pipeline::{Failure, calibrate_features, open_capture, read_features, scan_capture};
 use scanning::CloudPoint;
 use vision::LineDirection;
 
 use super::station::Station;
+use crate::warnings::WarningCollector;
 
 /// Largest distance of a point on a true line, relative to the line's σ, at least a pixel: wide lines are cut at edges.
 const ON_LINE_SIGMAS: f64 = 1.25;
@@ -180,31 +180,4 @@ fn model_rms_mm(calibration: &Calibration, truth: &[TrueLine]) -> f64 {
     };
     let squares: Vec<f64> = truth.iter().filter_map(error).collect();
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
-}
-
-/// Collects the warnings.
-#[derive(Default)]
-struct WarningCollector(Mutex<Vec<String>>);
-
-struct NoTask;
-
-impl Task for NoTask {
-    fn step(&self) {}
-    fn at(&self, _: &str, _: f64) {}
-}
-
-impl Reporter for WarningCollector {
-    fn note(&self, _: &str) {}
-    fn warn(&self, text: &str) {
-        self.0.lock().unwrap().push(text.to_owned());
-    }
-    fn is_cancelled(&self) -> bool {
-        false
-    }
-    fn count(&self, _: &str, _: &str, _: usize) -> Box<dyn Task> {
-        Box::new(NoTask)
-    }
-    fn fraction(&self, _: &str) -> Box<dyn Task> {
-        Box::new(NoTask)
-    }
 }
