@@ -79,7 +79,8 @@ pub struct RayHit {
 }
 
 impl RayHit {
-    /// As [`range_sigma_mm`].
+    /// Standard deviation of the surface's distance along this ray, mm, where a line with the unit `normal` in the image has
+    /// noise of `sigma_px` along it.
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
         range_sigma_mm(&self.range_by_pixel, normal, sigma_px)
     }
