@@ -36,7 +36,31 @@ pub fn measures_true(folder: &Path) {
     assert!((value - CYLINDER_MM[0]).abs() < u && u < 0.2, "{measured:#}");
     let text = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
     assert!(crate::common::out(&text).contains("closure after a turn, other line"));
+    the_axis_does_not_follow_from_a_plain_part(folder);
     a_linear_frame_is_refused(folder, &calibration);
+}
+
+/// A cylinder 3 mm beside the axis does not determine it to more than 0.4 mm: what is lacking is said, and no calibration is
+/// written. Parts that do are in `scanning/tests/it/part_axis.rs`.
+fn the_axis_does_not_follow_from_a_plain_part(folder: &Path) {
+    edit_manifest(folder, |manifest| manifest["stage_views"] = json!([]));
+    let (capture, calibration, turning) =
+        (path(folder, ""), path(folder, "plain.json"), path(folder, "turning.json"));
+    let (made, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "-q"]);
+    assert!(exit == 0 && made["axis"].is_null(), "{made:#}");
+    let axis = ["axis", &capture, "-c", &calibration, "--scan", "part", "-o", &turning, "-q"];
+    // The middle of the depth range is centimetres from the axis.
+    for (near_mm, what, remedy) in [
+        (None, "observed twice", "start within a few millimetres of the axis"),
+        (Some("2,0,297"), "the axis is too uncertain", "a larger part with more relief"),
+    ] {
+        let near = near_mm.map(|at| ["--near-mm", at]);
+        let arguments: Vec<&str> = axis.iter().copied().chain(near.into_iter().flatten()).collect();
+        let refused = sheaf(&arguments);
+        let message = err(&refused);
+        assert!(!refused.status.success() && message.contains(what) && message.contains(remedy), "{message}");
+        assert!(!Path::new(&turning).exists());
+    }
 }
 
 /// Asserts that point and direction are within their σ of the truth.

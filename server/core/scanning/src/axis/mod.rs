@@ -106,7 +106,9 @@ impl Remedy for PartAxisError {
             Self::Frames(error) => return error.remedy(),
             Self::NotTurned { .. } => "use a scan taken on a turntable".into(),
             Self::TooFewPairs { .. } => {
-                "turn the part through at least a full turn with two lines, or take board views at several angles".into()
+                "start within a few millimetres of the axis and turn the part through at least a full turn with two lines, or \
+                 take board views at several angles"
+                    .into()
             }
             Self::Unconstrained { .. } => {
                 "use a part that is not a body of revolution, off the axis and as large as the field, or take board views at several angles"

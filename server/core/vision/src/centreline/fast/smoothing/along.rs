@@ -2,9 +2,9 @@
 //!
 //! Noise falls with the length of the window, and a parabola preserves curvature. Where a longer window contradicts a
 //! shorter one by more than their noise, in a column or on average of its surroundings, the shorter one is used (after
-//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window have equal weight: the noise estimated from a single
-//! column is mostly speckle, and weights derived from it reduce accuracy. Fits are therefore convolutions with fixed
-//! kernels.
+//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window have equal
+//! weight: the noise estimated from a single column is mostly speckle, and weights derived from it reduce accuracy. Fits
+//! are therefore convolutions with fixed kernels.
 
 use super::departures::Departure;
 use super::kernels::{MAX_LAG, RUN};
