@@ -25,8 +25,8 @@ Developer commands:
                              test executables that passed are skipped until something they read changes
   cargo xtask ci             the same as test
   cargo xtask campaign       long tests: labelling on random scenes against stated error rates, a thousand serial faults per
-                             controller, 500 camera faults, stations of all sizes, flipped bits, kills of the server and of
-                             recordings, fifty parts at all doors
+                             controller, 500 camera faults, stations of all sizes, all tools on rendered parts, flipped bits,
+                             kills of the server and of recordings, fifty parts at all doors
   cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;

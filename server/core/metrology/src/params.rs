@@ -74,9 +74,9 @@ pub const MIN_CURVED_COSINE: f64 = 0.4;
 /// The same for points lit at more than this incidence (tangent, 56°) where the surface is curved across the sheet: across
 /// the sheet's thickness the light then grows so fast towards the side facing the projector that the stripe's centre moves there, by
 /// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
-/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). What it
-/// leaves is no more than U holds for the footprint: two of its σ, [`FOOTPRINT_FACTOR`] · s²/2R each.
-pub const MAX_CURVED_LIGHT_TANGENT: f64 = FOOTPRINT_FACTOR;
+/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). A larger
+/// limit would leave more than the thickness itself does in a centroid, 3 s²/2R.
+pub const MAX_CURVED_LIGHT_TANGENT: f64 = 1.5;
 
 /// [`MIN_CURVED_COSINE`] where the calibration does not state the position of the light source (53°): the shaded side
 /// can then be excluded only by a stricter limit everywhere.
@@ -118,7 +118,8 @@ pub const COVERAGE_FACTOR: f64 = 2.0;
 pub const LINE_SIGMA_KEY: &str = "line_sigma_mm ";
 
 /// Displacement of a line's centre on a curved surface in units of δ: 0 for a centre at the peak, 3 for a centroid, 1.5
-/// for an extraction whose kernel is as wide as the line. Values are corrected for it.
+/// for an extraction whose kernel is as wide as the line. Values of features are corrected for it; comparisons with CAD
+/// models, whose curvature varies, contain it in their uncertainty.
 pub const FOOTPRINT_FACTOR: f64 = 1.5;
 /// σ of that correction as a fraction of it: saturation and blur may move the centre anywhere between peak and centroid,
 /// a rectangular distribution.

@@ -57,8 +57,8 @@ fn light_tangent(shape: &Shape, sample: &Sample, to_light: &Vector3<f64>) -> f64
     let lit = normal.dot(to_light).abs();
     let aside = to_light - sample.ray * sample.ray.dot(to_light);
     let across = (aside - normal * normal.dot(&aside)).try_normalize(0.0).unwrap_or_default();
-    let steepest = shape.largest_curvature();
-    (1.0 - lit * lit).max(0.0).sqrt() / lit * (shape.curvature_along(&across) / steepest)
+    let relative = shape.curvature_along(&across) / shape.largest_curvature();
+    (1.0 - lit * lit).max(0.0).sqrt() / lit * relative
 }
 
 /// Searches among the points of one cloud.

@@ -54,6 +54,17 @@ pub(crate) enum RimShift {
     Oblique,
 }
 
+impl RimShift {
+    /// Shift of a crossing relative to the threshold; `sine`: of the angle between line and rim.
+    fn fraction(self, sine: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Threshold => 1.0,
+            Self::Oblique => ((1.0 - sine) / (1.0 - RIM_MIN_SINE)).min(1.0),
+        }
+    }
+}
+
 /// Coordinates in a plane; the axes stay fixed when the plane is perturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlaneAxes {
@@ -166,12 +177,7 @@ impl Rim {
             .map(|(place, (_, crossing))| {
                 let (_, normal) = fitted.distance_and_normal(place);
                 let sine = normal.dot(&self.axes.flat_direction(&crossing.outwards));
-                let share = match shift {
-                    RimShift::None => 0.0,
-                    RimShift::Threshold => 1.0,
-                    RimShift::Oblique => ((1.0 - sine.abs()) / (1.0 - RIM_MIN_SINE)).min(1.0),
-                };
-                place + normal * (sine.signum() * share * threshold_mm)
+                place + normal * (sine.signum() * shift.fraction(sine.abs()) * threshold_mm)
             })
             .collect();
         contour::fit(&fitted, &shifted)
