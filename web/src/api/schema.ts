@@ -8173,6 +8173,7 @@ export interface components {
             /** @description Travel per commanded millimetre. */
             direction_mm_per_mm: number[];
             straightness?: components["schemas"]["StraightnessDto"] | null;
+            tilt?: components["schemas"]["TiltDto"] | null;
         };
         /** @description The stage. */
         StageDto: {
@@ -8312,6 +8313,13 @@ export interface components {
             straightness_sigma_um?: number | null;
             /** @description Per view: position in mm; one deviation along and two perpendicular to the travel in µm. */
             straightness_um: number[][];
+            /**
+             * @description σ of the carriage's rotation (pitch, yaw, roll) about its principal axes, largest first, µrad; absent in earlier
+             *     versions.
+             */
+            tilt_sigma_urad?: number[] | null;
+            /** @description Per view: position in mm; rotations about the travel and two perpendicular axes in µrad; empty in earlier versions. */
+            tilt_urad?: number[][];
         };
         /**
          * @description Request to calibrate camera, light sheets and stage.
@@ -8733,6 +8741,25 @@ export interface components {
             rows: number;
             /** @description Row spacing, which is half the disc spacing within a row; or [half the disc spacing, row spacing]. */
             square_mm: components["schemas"]["SquareMmDto"];
+        };
+        /** @description Rotations of the carriage: pitch, yaw and roll. */
+        TiltDto: {
+            /** @description Centre of the rotations at the middle of the nodes, camera frame. */
+            centre_mm: number[];
+            /**
+             * Format: double
+             * @description Stage position of the first node.
+             */
+            first_mm: number;
+            /**
+             * Format: double
+             * @description Stage position of the last node.
+             */
+            last_mm: number;
+            /** @description Evenly spaced positions whose rotations are independent. */
+            n_nodes: number;
+            /** @description Three independent rotation vectors of one standard deviation, camera frame. */
+            sigmas_rad: number[][];
         };
         /**
          * @description Measurement tool.

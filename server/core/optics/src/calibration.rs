@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use crate::camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
 use crate::frames::{CameraFrame, PointMm};
 use crate::modes::independent_steps;
-use crate::stage::{ANGLE_NODES, Stage, StageUncertainty};
+use crate::stage::{Stage, StageUncertainty};
 use crate::surface::{LightSurfaces, SurfaceHit};
 
 /// Parameters of a linear stage's travel.
@@ -162,7 +162,8 @@ impl Calibration {
     }
 
     /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], optionally followed
-    /// by deviations at the nodes of the stage's [`crate::stage::Straightness`] or [`crate::stage::AngleError`].
+    /// by deviations at the nodes of the stage's [`crate::stage::Straightness`] and [`crate::stage::Tilt`], or of its
+    /// [`crate::stage::AngleError`].
     pub fn stepped(&self, step: &[f64]) -> Self {
         let mut parameters = self.camera.parameters();
         for (value, change) in parameters.iter_mut().zip(step) {
@@ -179,39 +180,32 @@ impl Calibration {
     }
 
     /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products sum to the covariance, largest
-    /// first, then one per node and axis of the stage's straightness, or per node of a turntable's angle, if known.
+    /// first, then one per node and axis of the stage's straightness and tilt, or per node of a turntable's angle, if
+    /// known.
     ///
-    /// Re-evaluating any result at `stepped(mode)` and summing the squared changes propagates the covariance,
-    /// straightness and angle error. A deviation at a node has also rotated the straight line fitted to all nodes, so a
-    /// node's step subtracts that rotation; the covariance contains the same rotation, and is used without it.
+    /// Re-evaluating any result at `stepped(mode)` and summing the squared changes propagates the covariance and the
+    /// deviations of the stage. A deviation at a node has also rotated the straight line fitted to all nodes, so a node's
+    /// step of the straightness subtracts that rotation; the covariance contains the same rotation, and is used without it.
     pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
-        let straightness = self.stage.and_then(|stage| stage.linear()?.straightness);
-        let angle_error = self.stage.and_then(|stage| stage.rotary()?.angle_error);
         let n = self.covariance.nrows();
+        let of_stage = self.stage.map_or(Vec::new(), |stage| stage.node_modes());
         let mut covariance = self.covariance.clone();
-        let mut of_nodes = Vec::new();
-        if let Some(straightness) = straightness {
-            for (node, axis) in (0..straightness.n_nodes()).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
-                let mut mode = vec![0.0; n + 3 * straightness.n_nodes()];
-                mode[n + 3 * node + axis] = straightness.sigma_mm();
-                mode[n - STAGE_PARAMETERS + axis] = -straightness.slope_weight(node) * straightness.sigma_mm();
-                of_nodes.push(mode);
-            }
+        if let Some(straightness) = self.stage.and_then(|stage| stage.linear()?.straightness) {
             for i in n - STAGE_PARAMETERS..n {
                 covariance[(i, i)] = (covariance[(i, i)] - straightness.slope_variance()).max(0.0);
             }
         }
-        if let Some(angle_error) = angle_error {
-            for node in 0..ANGLE_NODES {
-                let mut mode = vec![0.0; n + ANGLE_NODES];
-                mode[n + node] = angle_error.sigma_rad();
-                of_nodes.push(mode);
-            }
-        }
-        let mut modes = independent_steps(&covariance);
-        let n_deviations = of_nodes.len();
-        modes.iter_mut().for_each(|mode| mode.resize(n + n_deviations, 0.0));
-        modes.into_iter().chain(of_nodes).collect()
+        let n_node_values = of_stage.first().map_or(0, |mode| mode.at_nodes.len());
+        let of_covariance = independent_steps(&covariance).into_iter().map(|mut mode| {
+            mode.resize(n + n_node_values, 0.0);
+            mode
+        });
+        let of_nodes = of_stage.iter().map(|mode| {
+            let mut step = vec![0.0; n - mode.of_parameters.len()];
+            step.extend(mode.of_parameters.iter().chain(&mode.at_nodes));
+            step
+        });
+        of_covariance.chain(of_nodes).collect()
     }
 }
 

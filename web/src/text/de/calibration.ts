@@ -18,6 +18,7 @@ export const calibration: Catalogue["calibration"] = {
   depth_range: "Arbeitstiefe",
   scale: "Maßstabsfehler des Tisches",
   straightness: "Geradheit des Tisches",
+  stage_tilt: "Kippen des Tisches (1 σ)",
   created: "erstellt",
   poses: "Posen",
   poses_of: (poses, lasers, views) => `${poses} Posen, ${lasers} mit Laser, ${views} Tischpositionen`,

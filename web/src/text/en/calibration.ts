@@ -16,6 +16,7 @@ export const calibration = {
   depth_range: "working depth",
   scale: "stage scale error",
   straightness: "stage straightness",
+  stage_tilt: "stage tilt (1 σ)",
   created: "created",
   poses: "poses",
   poses_of: (poses: string, lasers: string, views: string) =>

@@ -29,10 +29,6 @@ impl CalibrationText {
         if !(depths.near_mm >= 0.0 && depths.far_mm >= depths.near_mm) {
             return wrong("depth_range", "must have 0 ≤ near_mm ≤ far_mm");
         }
-        let straightness = match &self.stage {
-            Some(StageText::Linear(travel)) => travel.straightness.as_ref(),
-            _ => None,
-        };
         if let Some(StageText::Rotary(axis)) = &self.stage {
             let length = Vector3::from(axis.direction).norm();
             if !((length - 1.0).abs() < UNIT_TOLERANCE && axis.point_mm.iter().all(|value| value.is_finite())) {
@@ -42,8 +38,16 @@ impl CalibrationText {
                 return wrong("stage.angle_sigma_deg", "must be above 0");
             }
         }
-        if straightness.is_some_and(|straightness| straightness.value().is_none()) {
-            return wrong("stage.straightness", "must have sigma_mm > 0, last_mm > first_mm and n_nodes ≥ 2");
+        if let Some(StageText::Linear(travel)) = &self.stage {
+            if travel.straightness.as_ref().is_some_and(|straightness| straightness.value().is_none()) {
+                return wrong("stage.straightness", "must have sigma_mm > 0, last_mm > first_mm and n_nodes ≥ 2");
+            }
+            if travel.tilt.as_ref().is_some_and(|tilt| tilt.value().is_none()) {
+                return wrong(
+                    "stage.tilt",
+                    "must have a sigmas_rad other than 0, last_mm > first_mm and n_nodes ≥ 2",
+                );
+            }
         }
         let n = self.light.parameters()
             + optics::CAMERA_PARAMETERS

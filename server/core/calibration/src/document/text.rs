@@ -91,6 +91,9 @@ pub struct TravelText {
     /// Straightness of the travel; absent if unknown, as in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightness: Option<StraightnessText>,
+    /// Pitch, yaw and roll of the travel; absent if unknown, as in documents of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<TiltText>,
 }
 
 /// Deviations from straight and uniform travel.
@@ -99,6 +102,22 @@ pub struct TravelText {
 pub struct StraightnessText {
     /// One standard deviation along every axis.
     pub sigma_mm: f64,
+    /// Stage position of the first node.
+    pub first_mm: f64,
+    /// Stage position of the last node.
+    pub last_mm: f64,
+    /// Nodes, evenly spaced.
+    pub n_nodes: usize,
+}
+
+/// Rotations of the carriage: pitch, yaw and roll.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TiltText {
+    /// Three independent rotation vectors of one standard deviation, camera frame.
+    pub sigmas_rad: [[f64; 3]; 3],
+    /// Centre of the rotations at the middle of the nodes, camera frame.
+    pub centre_mm: [f64; 3],
     /// Stage position of the first node.
     pub first_mm: f64,
     /// Stage position of the last node.

@@ -1,14 +1,14 @@
 //! Conversion between a calibration and its serialised form.
 
 use nalgebra::{DMatrix, Vector3};
-use optics::stage::{AngleError, Straightness};
+use optics::stage::{AngleError, Straightness, Tilt};
 use optics::{
     Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, Pencil, Plane, RotaryAxis, Stage, StageAxis,
 };
 
 use crate::document::text::{
     AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryTag,
-    StageText, StraightnessText, TravelText,
+    StageText, StraightnessText, TiltText, TravelText,
 };
 use crate::document::{DocumentError, FORMAT};
 
@@ -111,13 +111,24 @@ impl TravelText {
                 n_nodes: straightness.n_nodes(),
             }
         });
-        Self { direction_mm_per_mm: stage.direction.into(), straightness }
+        let tilt = stage.tilt.as_ref().map(|tilt| {
+            let (first_mm, last_mm) = tilt.ends_mm();
+            TiltText {
+                sigmas_rad: tilt.sigmas_rad().map(Into::into),
+                centre_mm: (*tilt.centre_mm()).into(),
+                first_mm,
+                last_mm,
+                n_nodes: tilt.n_nodes(),
+            }
+        });
+        Self { direction_mm_per_mm: stage.direction.into(), straightness, tilt }
     }
 
     pub(super) fn value(&self) -> StageAxis {
         StageAxis {
             direction: Vector3::from(self.direction_mm_per_mm),
             straightness: self.straightness.as_ref().and_then(StraightnessText::value),
+            tilt: self.tilt.as_ref().and_then(TiltText::value),
         }
     }
 }
@@ -125,6 +136,13 @@ impl TravelText {
 impl StraightnessText {
     pub(super) fn value(&self) -> Option<Straightness> {
         Straightness::new(self.sigma_mm, self.first_mm, self.last_mm, self.n_nodes)
+    }
+}
+
+impl TiltText {
+    pub(super) fn value(&self) -> Option<Tilt> {
+        let sigmas_rad = self.sigmas_rad.map(Vector3::from);
+        Tilt::new(sigmas_rad, self.centre_mm.into(), (self.first_mm, self.last_mm), self.n_nodes)
     }
 }
 

@@ -166,6 +166,11 @@ pub struct StageReport {
     /// One-σ, per axis, of the deviation from straight and uniform travel: a contribution to every uncertainty along
     /// it, µm.
     pub straightness_sigma_um: f64,
+    /// Per view: position, and rotation from the mean (about the travel, and about two axes across), µrad.
+    pub tilt_urad: Vec<[f64; 4]>,
+    /// One-σ of the rotation about its three principal axes, largest first, µrad: times the distance from the path of the
+    /// board, the Abbe error.
+    pub tilt_sigma_urad: [f64; 3],
 }
 
 /// Axis of a turntable.

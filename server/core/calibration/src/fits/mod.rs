@@ -9,3 +9,4 @@ pub mod light_fit;
 pub(crate) mod partial_sets;
 pub(crate) mod section;
 pub(crate) mod stage_fit;
+mod tilt_fit;

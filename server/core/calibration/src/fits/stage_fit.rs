@@ -1,15 +1,16 @@
-//! The stage from a board on it: direction per millimetre of travel, scale, straightness (`docs/maths/calibration.md`,
-//! eq. 8–11).
+//! The stage from a board on it: direction per millimetre of travel, scale, straightness, tilt
+//! (`docs/maths/calibration.md`, eq. 8–11 and 15).
 
-use nalgebra::{DMatrix, Matrix3, Matrix3x6, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix3x6, Matrix6, Vector3};
 use optics::StageAxis;
 use optics::rotation::completing_frame;
-use optics::stage::Straightness;
+use optics::stage::{Straightness, Tilt};
 
 use crate::error::CalibrationError;
 use crate::findings::report::StageReport;
 use crate::first::camera_fit::CameraFit;
 use crate::fits::excess::excess_sigma;
+use crate::fits::tilt_fit::tilt_fit;
 use crate::input::StageViewInput;
 use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_SQUARES};
 use crate::solving::bundle_state::BoardPose;
@@ -28,6 +29,10 @@ pub struct StageLine {
     pub straightness: Straightness,
     /// Position, deviation along, and two across, µm.
     pub straightness_um: Vec<[f64; 4]>,
+    /// Rotations of the carriage.
+    pub tilt: Tilt,
+    /// Position, rotation about the travel, and two across, µrad.
+    pub tilt_urad: Vec<[f64; 4]>,
 }
 
 /// Checks that stage views, if there are any, determine the straightness: two always lie on a straight line.
@@ -76,22 +81,41 @@ pub fn stage_line(fit: &CameraFit, positions_mm: &[f64], board_centre_mm: &Vecto
     let (origin_mm, direction, shares_per_mm) = straight_line(&places, positions_mm)?;
     let deviations: Vec<Vector3<f64>> =
         places.iter().zip(positions_mm).map(|(x, s)| x - origin_mm - direction * *s).collect();
-    let noises = poses.iter().enumerate().map(|(idx, pose)| {
-        let by_pose = centre_by_pose(pose, board_centre_mm);
-        Some(by_pose * fit.normal.block_covariance(first_view + idx)? * by_pose.transpose())
-    });
-    let sigma_mm = straightness_sigma_mm(&deviations, &noises.collect::<Option<Vec<_>>>()?);
+    let noises: Vec<Matrix6<f64>> = (first_view..first_view + poses.len())
+        .map(|block| fit.normal.block_covariance(block))
+        .collect::<Option<_>>()?;
+    let of_places: Vec<Matrix3<f64>> = poses
+        .iter()
+        .zip(&noises)
+        .map(|(pose, noise)| {
+            let by_pose = centre_by_pose(pose, board_centre_mm);
+            by_pose * noise * by_pose.transpose()
+        })
+        .collect();
+    let sigma_mm = straightness_sigma_mm(&deviations, &of_places);
+    let of_rotations: Vec<Matrix3<f64>> =
+        noises.iter().map(|noise| noise.fixed_view::<3, 3>(3, 3).into()).collect();
+    let turned = tilt_fit(poses, &of_rotations);
     let first_mm = positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
     let last_mm = positions_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let along = direction.normalize();
     let (across_1, across_2) = completing_frame(&along);
-    let straightness_um = deviations
-        .iter()
-        .zip(positions_mm)
-        .map(|(d, s)| [*s, 1e3 * d.dot(&along), 1e3 * d.dot(&across_1), 1e3 * d.dot(&across_2)])
-        .collect();
-    let straightness = Straightness::new(sigma_mm, first_mm, last_mm, positions_mm.len())?;
-    Some(StageLine { origin_mm, direction, shares_per_mm, straightness, straightness_um })
+    let components = |vectors: &[Vector3<f64>], scale: f64| {
+        let of = |(d, s): (&Vector3<f64>, &f64)| {
+            [*s, scale * d.dot(&along), scale * d.dot(&across_1), scale * d.dot(&across_2)]
+        };
+        vectors.iter().zip(positions_mm).map(of).collect()
+    };
+    let middle_mm = origin_mm + direction * (0.5 * (first_mm + last_mm));
+    Some(StageLine {
+        origin_mm,
+        direction,
+        shares_per_mm,
+        straightness: Straightness::new(sigma_mm, first_mm, last_mm, positions_mm.len())?,
+        straightness_um: components(&deviations, 1e3),
+        tilt: Tilt::new(turned.sigmas_rad, middle_mm, (first_mm, last_mm), positions_mm.len())?,
+        tilt_urad: components(&turned.rotations_rad, 1e6),
+    })
 }
 
 /// Least squares x_i = x_0 + s_i·t: x_0, t, and the weight of every x_i in t; `None` if all s_i are equal.
@@ -112,9 +136,9 @@ pub fn straight_line(
 }
 
 impl StageLine {
-    /// A stage along `direction` with the straightness of this line.
+    /// A stage along `direction` with the straightness and tilt of this line.
     pub fn axis(&self, direction: Vector3<f64>) -> StageAxis {
-        StageAxis { direction, straightness: Some(self.straightness) }
+        StageAxis { direction, straightness: Some(self.straightness), tilt: Some(self.tilt) }
     }
 
     /// Covariance of the direction from the stage's deviations from straight travel at the views, mm² per mm².
@@ -184,5 +208,14 @@ pub fn stage_report(line: &StageLine, direction: &Vector3<f64>, covariance: &Mat
         straightness_um: line.straightness_um.clone(),
         straightness_rms_um: (across / line.straightness_um.len().max(1) as f64).sqrt(),
         straightness_sigma_um: 1e3 * line.straightness.sigma_mm(),
+        tilt_urad: line.tilt_urad.clone(),
+        tilt_sigma_urad: sorted_sizes(line.tilt.sigmas_rad()),
     }
+}
+
+/// Lengths of rotation vectors, µrad, largest first.
+fn sorted_sizes(sigmas_rad: &[Vector3<f64>; 3]) -> [f64; 3] {
+    let mut sizes = sigmas_rad.map(|sigma| 1e6 * sigma.norm());
+    sizes.sort_by(|a, b| b.total_cmp(a));
+    sizes
 }

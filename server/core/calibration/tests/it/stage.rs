@@ -1,4 +1,4 @@
-//! The stage's direction, scale and straightness: errors match their σ, and too few views are refused.
+//! The stage's direction, scale, straightness and tilt: errors match their σ, and too few views are refused.
 //!
 //! The stage here deviates independently at every view and equally along all axes, as in the model; deviations of real
 //! stages are not covered.
@@ -8,7 +8,7 @@ use calibration::document::StageText;
 use calibration::{CalibrationDocument, CalibrationError, CalibrationInput, CalibrationOptions, LightModelChoice};
 use nalgebra::Vector3;
 use optics::rotation::completing_frame;
-use optics::{Calibration, LightModelKind, PointMm, StagePosition};
+use optics::{Calibration, LightModelKind, PointMm, StageAxis, StagePosition};
 use remedy::Remedy;
 
 /// Number of stations in the statistics.
@@ -17,6 +17,8 @@ const STATIONS: u64 = 100;
 const NORMALISED_RMS: std::ops::Range<f64> = 0.85..1.16;
 /// σ of the stage, mm: well above the 0.5 µm uncertainty of a board's position across the view.
 const WOBBLE_MM: f64 = 0.005;
+/// σ of the carriage's rotation, rad: well above the 0.05 mrad uncertainty of a board's rotation.
+const YAW_RAD: f64 = 5e-4;
 /// Views and their spacing, as [`Rig::input`] places them.
 const VIEWS: usize = 5;
 
@@ -34,9 +36,10 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// σ of a part's length along the travel, from the calibration's modes.
-fn length_sigma_mm(calibration: &Calibration, from_mm: f64, to_mm: f64) -> f64 {
-    let seen = PointMm::new(Vector3::new(0.0, 0.0, 400.0));
+/// σ of a part's length along the travel, `arm` away from the path of the board's centre, from the calibration's modes.
+fn length_sigma_mm(calibration: &Calibration, arm: &Vector3<f64>, from_mm: f64, to_mm: f64) -> f64 {
+    let tilt = calibration.stage.unwrap().linear().unwrap().tilt;
+    let seen = PointMm::new(tilt.map_or(Vector3::new(0.0, 0.0, 400.0), |tilt| *tilt.centre_mm()) + arm);
     let length = |calibration: &Calibration| {
         let stage = calibration.stage.unwrap().linear().unwrap();
         let apart = stage.part_from_camera(&seen, from_mm).xyz - stage.part_from_camera(&seen, to_mm).xyz;
@@ -69,8 +72,8 @@ fn errors_of_direction_and_scale_match_their_sigma() {
         // A part as long as the travel between two views: the stage deviates there as it did during calibration.
         for (views, lengths) in [((0, VIEWS - 1), &mut whole), ((1, 3), &mut half)] {
             let [from_mm, to_mm] = [views.0, views.1].map(|view| -20.0 + 10.0 * view as f64);
-            let apart = wobble[views.1] - wobble[views.0] - error * (to_mm - from_mm);
-            lengths.push(apart.dot(&along) / length_sigma_mm(&calibration, from_mm, to_mm));
+            let apart = wobble[views.1].0 - wobble[views.0].0 - error * (to_mm - from_mm);
+            lengths.push(apart.dot(&along) / length_sigma_mm(&calibration, &Vector3::zeros(), from_mm, to_mm));
         }
     }
     let figures = [&scales, &directions, &whole, &half].map(|errors| rms(errors));
@@ -82,6 +85,40 @@ fn errors_of_direction_and_scale_match_their_sigma() {
     for length in &figures[2..] {
         assert!((0.85 * expected..1.16).contains(length), "length {length}");
     }
+}
+
+/// Errors over σ of lengths 30 mm above the board on stages that pitch, yaw and roll.
+fn lengths_above_the_board(is_tilt_known: bool) -> Vec<f64> {
+    let arm = Vector3::new(0.0, 0.0, -30.0);
+    let mut lengths = Vec::new();
+    for seed in 0..STATIONS {
+        let rig = Rig { yaw_sigma_rad: YAW_RAD, ..wobbling(seed, WOBBLE_MM) };
+        let (input, wobble) = rig.wobbling_input(6, VIEWS);
+        let mut calibration = calibrated(&without_laser(input)).unwrap().calibration;
+        let mut axis = calibration.stage.unwrap().linear().unwrap();
+        axis.tilt = axis.tilt.filter(|_| is_tilt_known);
+        calibration.stage = Some(axis.into());
+        let error = axis.direction - rig.stage;
+        for views in [(0, VIEWS - 1), (1, 3)] {
+            let [from_mm, to_mm] = [views.0, views.1].map(|view| -20.0 + 10.0 * view as f64);
+            let place = |view: usize| wobble[view].0 + wobble[view].1 * arm;
+            let apart = place(views.1) - place(views.0) - error * (to_mm - from_mm);
+            let sigma_mm = length_sigma_mm(&calibration, &arm, from_mm, to_mm);
+            lengths.push(apart.dot(&rig.stage.normalize()) / sigma_mm);
+        }
+    }
+    lengths
+}
+
+#[test]
+fn errors_of_lengths_away_from_the_board_match_their_sigma() {
+    let above = rms(&lengths_above_the_board(true));
+    let without = rms(&lengths_above_the_board(false));
+    eprintln!("30 mm above the board {above:.3}, without the tilt {without:.3}");
+    // These rotations are themselves the ones that determined σ, with n − 3 = 2 instead of n − 1 = 4 degrees of freedom.
+    let expected = 0.5f64.sqrt();
+    assert!((0.85 * expected..1.16 * expected).contains(&above), "{above}");
+    assert!(without > 2.0, "{without}");
 }
 
 #[test]
@@ -97,7 +134,7 @@ fn a_stage_straight_within_the_noise_is_not_assumed_perfect() {
 }
 
 #[test]
-fn straightness_is_stored_and_unknown_in_older_documents() {
+fn straightness_and_tilt_are_stored_and_unknown_in_older_documents() {
     let result = calibrated(&without_laser(wobbling(1, WOBBLE_MM).input(6, VIEWS))).unwrap();
     let document = CalibrationDocument::new(&result, Vec::new(), "1");
     let text = document.to_json();
@@ -106,13 +143,19 @@ fn straightness_is_stored_and_unknown_in_older_documents() {
     assert!(again.stage.unwrap().linear().unwrap().straightness.unwrap().ends_mm() == (-20.0, 20.0));
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
     older["stage"].as_object_mut().unwrap().remove("straightness");
+    older["stage"].as_object_mut().unwrap().remove("tilt");
     let older = CalibrationDocument::parse(&older.to_string()).unwrap().calibration();
-    assert_eq!(older.stage.unwrap().linear().unwrap().straightness, None);
+    assert_eq!(older.stage, Some(StageAxis::new(again.stage.unwrap().linear().unwrap().direction).into()));
     let mut broken = document;
     let Some(StageText::Linear(travel)) = &mut broken.calibration.stage else { panic!("it travels") };
     travel.straightness.as_mut().unwrap().sigma_mm = 0.0;
     let refused = CalibrationDocument::parse(&broken.to_json()).unwrap_err().to_string();
     assert!(refused.contains("stage.straightness"), "{refused}");
+    let Some(StageText::Linear(travel)) = &mut broken.calibration.stage else { panic!("it travels") };
+    travel.straightness = None;
+    travel.tilt.as_mut().unwrap().sigmas_rad = [[0.0; 3]; 3];
+    let refused = CalibrationDocument::parse(&broken.to_json()).unwrap_err().to_string();
+    assert!(refused.contains("stage.tilt"), "{refused}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::evaluation::datum_pose::DatumPose;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::request::MeasureError;
 use crate::interface::shape::Shape;
-use crate::measuring::systematic::Retriangulation;
+use crate::measuring::systematic::{Retriangulation, Variant};
 use crate::params::{COMPARED_SYSTEMATIC_POINTS, FOOTPRINT_FACTOR, MIN_NOISE_RATIO};
 
 pub(crate) fn fit_point(samples: &Samples, idx: u32) -> FitPoint {
@@ -72,10 +72,10 @@ impl CommonErrors {
             (&alignment.middle, alignment.lever_mm),
             reach_mm,
         );
-        let positions = |calibration: &Calibration| -> Vec<Option<Vector3<f64>>> {
-            pixels.iter().map(|pixel| seen.part_position(calibration, pixel)).collect()
+        let positions = |variant: &Variant| -> Vec<Option<Vector3<f64>>> {
+            pixels.iter().map(|pixel| seen.part_position(variant, pixel)).collect()
         };
-        let base = positions(calibration);
+        let base = positions(seen.unperturbed());
         let mut squares = vec![0.0; rows.len()];
         // The re-triangulated points are a subset of those of the fit: the same equations, fewer rows.
         let inverse = alignment.fit.map(|fit| {

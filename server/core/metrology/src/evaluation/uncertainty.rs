@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
-use optics::{Calibration, PartFrame, Rigid};
+use optics::{PartFrame, Rigid};
 use rayon::prelude::*;
 
 use crate::evaluation::alignment::DatumFrame;
@@ -21,7 +21,7 @@ use crate::fitting::footprint::{bend_mm, footprint_mm};
 use crate::fitting::sample::thinned;
 use crate::interface::shape::Shape;
 use crate::measuring::noise::{FeatureNoise, shape_covariance, speckle_redundancy};
-use crate::measuring::systematic::{Pixel, Retriangulation};
+use crate::measuring::systematic::{Pixel, Retriangulation, Variant};
 use crate::params::{FOOTPRINT_SIGMA, NOISE_POINTS};
 
 /// Step of the numerical derivatives by a feature's parameters (mm or rad).
@@ -133,7 +133,7 @@ pub(crate) struct Systematic {
 
 /// A perturbation of the re-triangulated pixels.
 enum Perturbation<'a> {
-    Calibration(&'a Calibration),
+    Calibration(&'a Variant),
     /// Points of curved features corrected for the thickness of the lines (one σ, mm).
     LineThickness(f64),
     /// Points of curved features displaced by what averaging along the lines leaves.
@@ -149,7 +149,7 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
         let (primitives, points) = refitted(chain, retriangulation, &seen);
         chain.components(&chain.state(&primitives, points), |_| true)
     };
-    let base = seen(Perturbation::Calibration(retriangulation.calibration()));
+    let base = seen(Perturbation::Calibration(retriangulation.unperturbed()));
     let difference = |seen: &[Option<Vector3<f64>>]| -> Vec<Option<Vector3<f64>>> {
         seen.iter().zip(&base).map(|(seen, base)| Some((*seen)? - (*base)?)).collect()
     };
@@ -197,13 +197,13 @@ pub(crate) fn pose_by_modes(
     chain: &Chain,
     retriangulation: &Retriangulation,
 ) -> (Option<Pose>, Vec<[Option<Pose>; 2]>) {
-    let pose = |calibration: &Calibration| {
-        let (primitives, points) = refitted(chain, retriangulation, &Perturbation::Calibration(calibration));
+    let pose = |variant: &Variant| {
+        let (primitives, points) = refitted(chain, retriangulation, &Perturbation::Calibration(variant));
         chain.state(&primitives, points).datum_from_part
     };
     let variants = retriangulation.variants();
     let moved = variants.par_iter().map(|pair| [0, 1].map(|side| pose(&pair[side]))).collect();
-    (pose(retriangulation.calibration()), moved)
+    (pose(retriangulation.unperturbed()), moved)
 }
 
 /// The datum frames perturbed by one σ of each independent component of the noise.
@@ -229,12 +229,12 @@ fn refitted(
     retriangulation: &Retriangulation,
     seen: &Perturbation,
 ) -> (Vec<Primitive>, Vec<Vec<Vector3<f64>>>) {
-    let calibration = match seen {
-        Perturbation::Calibration(calibration) => calibration,
-        _ => retriangulation.calibration(),
+    let variant = match seen {
+        Perturbation::Calibration(variant) => variant,
+        _ => retriangulation.unperturbed(),
     };
     let place = |pixel: &Pixel, shape: &Shape| {
-        let position = retriangulation.part_position(calibration, pixel)?;
+        let position = retriangulation.part_position(variant, pixel)?;
         Some(match seen {
             Perturbation::LineThickness(line_sigma_mm) => {
                 let outwards_mm = footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm);

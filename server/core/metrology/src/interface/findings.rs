@@ -19,6 +19,8 @@ pub enum Missing {
     Wavelength,
     /// The straightness of the stage is unknown, and the value is a length along its travel.
     StageStraightness,
+    /// The tilt of the stage (pitch, yaw, roll) is unknown, and the value is a length along its travel.
+    StageTilt,
     /// The angular accuracy of the turntable is unknown.
     StageAngle,
     /// The intensity of the lines does not fall before they end at a rim, so the position of the rim is unknown.
@@ -36,6 +38,7 @@ impl Missing {
             Self::LineThickness => "line_thickness",
             Self::Wavelength => "wavelength",
             Self::StageStraightness => "stage_straightness",
+            Self::StageTilt => "stage_tilt",
             Self::StageAngle => "stage_angle",
             Self::EdgeThreshold => "edge_threshold",
         }
@@ -55,6 +58,9 @@ impl fmt::Display for Missing {
             Self::LineThickness => "the thickness of the light sheets (the cloud does not state it: scan again)",
             Self::Wavelength => "the temperature's effect on the light (a single light plane does not determine it)",
             Self::StageStraightness => "the straightness of the stage (the calibration does not state it)",
+            Self::StageTilt => {
+                "the tilt of the stage along its travel (the calibration does not state it: calibrate again)"
+            }
             Self::StageAngle => {
                 "the error of the turntable's angle (the calibration does not state it: give stage.angle_sigma_deg in \
                  the capture and calibrate again)"

@@ -17,6 +17,7 @@ pub(crate) fn missing(
     let stage = calibration.and_then(|calibration| calibration.stage);
     let turntable = stage.and_then(|stage| stage.rotary());
     let is_straight = stage.and_then(|stage| stage.linear()?.straightness).is_some();
+    let is_level = stage.and_then(|stage| stage.linear()?.tilt).is_some();
     let parts = [
         (!samples.sigma_known, Missing::PointNoise),
         (calibration.is_none(), Missing::Calibration),
@@ -24,6 +25,7 @@ pub(crate) fn missing(
         (samples.line_sigma_mm.is_none(), Missing::LineThickness),
         (calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength),
         (is_along_travel && turntable.is_none() && !is_straight, Missing::StageStraightness),
+        (is_along_travel && is_straight && !is_level, Missing::StageTilt),
         (turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle),
     ];
     parts.into_iter().filter(|(is_missing, _)| *is_missing).map(|(_, part)| part).collect()

@@ -29,6 +29,8 @@ pub(crate) struct Pixel {
     pixel: Vector2<f64>,
     pub(crate) ray: Vector3<f64>,
     phi_rad: f64,
+    /// The point in the camera frame, with the unperturbed calibration.
+    hit_in_camera: PointMm<CameraFrame>,
     /// Unit normal of the light sheet there, part frame.
     pub(crate) sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
@@ -61,15 +63,20 @@ impl Pixel {
     }
 }
 
+/// The calibration, perturbed or not.
+pub(crate) struct Variant {
+    calibration: Calibration,
+    /// Whether the hits in the camera frame are those of the unperturbed calibration: only the stage differs, if anything.
+    has_same_hits: bool,
+}
+
 /// The pixels of the features, thinned.
 pub(crate) struct Retriangulation<'a> {
     calibration: &'a Calibration,
+    unperturbed: Variant,
     features: Vec<Vec<Pixel>>,
     /// Motion of the part by the calibration's own stage at the middle of the positions.
     carried_to_middle: Vector3<f64>,
-    /// Position of the scan's middle on the nodes of the stage's straightness, mm: their middle, so that U does not
-    /// depend on the stage's zero.
-    nodes_middle_mm: f64,
 }
 
 impl<'a> Retriangulation<'a> {
@@ -129,9 +136,8 @@ impl<'a> Retriangulation<'a> {
                 *position_mm -= middle_mm;
             }
         }
-        let nodes = linear.and_then(|stage| stage.straightness).map(|straightness| straightness.ends_mm());
-        let nodes_middle_mm = nodes.map_or(0.0, |(first_mm, last_mm)| 0.5 * (first_mm + last_mm));
-        Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
+        let unperturbed = Variant { calibration: calibration.clone(), has_same_hits: true };
+        Ok(Self { calibration, unperturbed, features, carried_to_middle: direction * middle_mm })
     }
 
     /// The noise part of every inlier's σ: the remainder after the calibration's contribution at the nearest triangulated
@@ -166,10 +172,10 @@ impl<'a> Retriangulation<'a> {
         features: &[FeatureFit],
     ) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let seen = |calibration: &Calibration| {
-            self.value_with(measurand, &shapes, calibration, |p, _| self.part_position(calibration, p))
+        let seen = |variant: &Variant| {
+            self.value_with(measurand, &shapes, variant, |p, _| self.part_position(variant, p))
         };
-        let base = seen(self.calibration)?;
+        let base = seen(&self.unperturbed)?;
         let squares: Vec<Option<f64>> = self
             .variants()
             .into_par_iter()
@@ -183,13 +189,17 @@ impl<'a> Retriangulation<'a> {
     }
 
     /// The calibration displaced by ±1 σ along every mode of its covariance, and by ±1 σ of temperature.
-    pub(crate) fn variants(&self) -> Vec<[Calibration; 2]> {
+    pub(crate) fn variants(&self) -> Vec<[Variant; 2]> {
+        let n_stage = self.calibration.stage.map_or(0, |stage| stage.parameters());
+        let n_of_hits = self.calibration.covariance.nrows() - n_stage;
         let stepped = |mode: &Vec<f64>| {
+            let has_same_hits = mode[..n_of_hits].iter().all(|step| *step == 0.0);
             let back: Vec<f64> = mode.iter().map(|step| -step).collect();
-            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
+            [mode, &back].map(|step| Variant { calibration: self.calibration.stepped(step), has_same_hits })
         };
-        let modes = self.calibration.sigma_modes();
-        modes.iter().map(stepped).chain(wavelength_drift(self.calibration)).collect()
+        let drift = wavelength_drift(self.calibration)
+            .map(|pair| pair.map(|calibration| Variant { calibration, has_same_hits: false }));
+        self.calibration.sigma_modes().iter().map(stepped).chain(drift).collect()
     }
 
     /// The pixels of a set.
@@ -198,8 +208,8 @@ impl<'a> Retriangulation<'a> {
     }
 
     /// The unperturbed calibration.
-    pub(crate) fn calibration(&self) -> &'a Calibration {
-        self.calibration
+    pub(crate) fn unperturbed(&self) -> &Variant {
+        &self.unperturbed
     }
 
     /// Standard uncertainty of the value from what averaging along curved lines leaves ([`bend_mm`]); 0 for flat features.
@@ -231,23 +241,23 @@ impl<'a> Retriangulation<'a> {
         outwards_mm: impl Fn(&Pixel, &Shape, &Vector3<f64>) -> f64,
     ) -> Option<f64> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let calibration = self.calibration;
+        let unperturbed = &self.unperturbed;
         let as_seen =
-            self.value_with(measurand, &shapes, calibration, |p, _| self.part_position(calibration, p))?;
-        let moved = self.value_with(measurand, &shapes, calibration, |p, shape| {
-            let position = self.part_position(calibration, p)?;
+            self.value_with(measurand, &shapes, unperturbed, |p, _| self.part_position(unperturbed, p))?;
+        let moved = self.value_with(measurand, &shapes, unperturbed, |p, shape| {
+            let position = self.part_position(unperturbed, p)?;
             Some(position + shape.normal_at(&position) * outwards_mm(p, shape, &position))
         })?;
         Some(moved - as_seen)
     }
 
-    /// The value after refitting every shape to its points at positions given by `place`; `calibration` determines the
+    /// The value after refitting every shape to its points at positions given by `place`; `variant` determines the
     /// camera's position.
     fn value_with(
         &self,
         measurand: &Measurand,
         shapes: &[Shape],
-        calibration: &Calibration,
+        variant: &Variant,
         place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
     ) -> Option<f64> {
         let mut refitted = Vec::with_capacity(shapes.len());
@@ -265,40 +275,47 @@ impl<'a> Retriangulation<'a> {
         }
         let first = FirstPoints {
             positions: first_positions?,
-            camera: self.mean_camera(calibration, self.features.first()?),
+            camera: self.mean_camera(variant, self.features.first()?)?,
         };
         value(measurand, &refitted, &first)
     }
 
-    /// Position of a pixel's point under a calibration, part frame.
-    pub(crate) fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
-        let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
-        Some(match calibration.stage {
-            Some(Stage::Linear(stage)) => {
-                let position_mm = pixel.position.mm()?;
-                let deviation = stage.deviation_mm(position_mm + self.nodes_middle_mm);
-                hit.xyz - stage.direction * position_mm - deviation - self.carried_to_middle
+    /// Position of a pixel's point under a variant, part frame.
+    pub(crate) fn part_position(&self, variant: &Variant, pixel: &Pixel) -> Option<Vector3<f64>> {
+        let hit = if variant.has_same_hits {
+            pixel.hit_in_camera
+        } else {
+            variant.calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera
+        };
+        match variant.calibration.stage {
+            Some(stage) => self.part_from_camera(&stage, &hit, pixel.position),
+            None => Some(hit.xyz - pixel.carried),
+        }
+    }
+
+    /// A point in the camera frame at a pixel's position of the stage, part frame. The middle of the scan is taken to be
+    /// the middle of the travel whose straightness and tilt were determined, so that U does not depend on the stage's zero.
+    fn part_from_camera(
+        &self,
+        stage: &Stage,
+        in_camera: &PointMm<CameraFrame>,
+        position: StagePosition,
+    ) -> Option<Vector3<f64>> {
+        match (stage, position) {
+            (Stage::Linear(axis), StagePosition::LinearMm(position_mm)) => {
+                let at_middle = axis.motion_from_middle(position_mm).part_from_camera(in_camera);
+                Some(at_middle.xyz - self.carried_to_middle)
             }
-            Some(stage @ Stage::Rotary(_)) => stage.part_from_camera(&hit, pixel.position)?.xyz,
-            None => hit.xyz - pixel.carried,
-        })
+            _ => Some(stage.part_from_camera(in_camera, position)?.xyz),
+        }
     }
 
     /// Mean camera position over the pixels, part frame.
-    fn mean_camera(&self, calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
-        let n_pixels = pixels.len().max(1) as f64;
+    fn mean_camera(&self, variant: &Variant, pixels: &[Pixel]) -> Option<Vector3<f64>> {
         let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
-        match calibration.stage {
-            Some(Stage::Linear(stage)) => {
-                let mean_mm = pixels.iter().filter_map(|p| p.position.mm()).sum::<f64>() / n_pixels;
-                stage.part_from_camera(&camera, mean_mm).xyz - self.carried_to_middle
-            }
-            Some(stage @ Stage::Rotary(_)) => {
-                let places = pixels.iter().filter_map(|p| stage.part_from_camera(&camera, p.position));
-                places.map(|place| place.xyz).sum::<Vector3<f64>>() / n_pixels
-            }
-            None => camera.xyz,
-        }
+        let Some(stage) = variant.calibration.stage else { return Some(camera.xyz) };
+        let places = pixels.iter().map(|p| self.part_from_camera(&stage, &camera, p.position));
+        Some(places.sum::<Option<Vector3<f64>>>()? / pixels.len().max(1) as f64)
     }
 }
 
@@ -334,6 +351,7 @@ fn pixel(
         pixel,
         ray: sample.ray,
         phi_rad: hit.hit.phi_rad,
+        hit_in_camera: hit.hit_in_camera,
         sheet_normal: motion.map_or(hit.hit.normal, |motion| motion.part_direction(&hit.hit.normal)),
         carried,
         position,

@@ -1,7 +1,7 @@
 //! A simulated station that scans heights over a datum frame: noise, a sampled calibration, rims that fade over a blur.
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
-use optics::stage::Straightness;
+use optics::stage::{Straightness, Tilt};
 use optics::{Calibration, LightSurfaces, PartFrame, Rigid, Stage, StagePosition};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
@@ -67,11 +67,14 @@ pub(super) fn part_from_datum(seed: u64) -> Rigid<PartFrame, DatumFrame> {
     Rigid::new(turn * laid, Vector3::new(draw(1.0), draw(1.0), 400.0 + draw(2.0)))
 }
 
-/// The true station, whose stage is known to be straight within 2 µm.
+/// The true station, whose stage is known to be straight within 2 µm and level within 50 µrad.
 pub(super) fn straight_station() -> Calibration {
     let mut station = station();
     if let Some(Stage::Linear(axis)) = &mut station.stage {
-        axis.straightness = Straightness::new(0.002, -25.0, 25.0, 4);
+        let ends_mm = (-25.0, 25.0);
+        axis.straightness = Straightness::new(0.002, ends_mm.0, ends_mm.1, 4);
+        let sigmas_rad = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis * 5e-5);
+        axis.tilt = Tilt::new(sigmas_rad, Vector3::new(0.0, 0.0, 400.0), ends_mm, 4);
     }
     station
 }

@@ -2,13 +2,15 @@
 
 mod linear;
 mod motion;
+mod nodes;
 mod rotary;
 mod uncertainty;
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
 
-pub use linear::{MAX_STRAIGHTNESS_NODES, StageAxis, Straightness};
+pub use linear::{StageAxis, Straightness, Tilt};
 pub use motion::Motion;
+pub use nodes::MAX_STAGE_NODES;
 pub use rotary::{ANGLE_NODES, AngleError, RotaryAxis};
 pub use uncertainty::{FrameUncertainty, StageUncertainty};
 
@@ -30,7 +32,24 @@ pub enum StagePosition {
     RotaryDeg(f64),
 }
 
+/// A one-σ step of a stage's deviation at one of its nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NodeMode {
+    /// Step of the stage's parameters.
+    pub(crate) of_parameters: Vec<f64>,
+    /// Step of the values at all nodes.
+    pub(crate) at_nodes: Vec<f64>,
+}
+
+impl NodeMode {
+    /// A mode that leaves the parameters.
+    fn at_nodes(n_parameters: usize, at_nodes: Vec<f64>) -> Self {
+        Self { of_parameters: vec![0.0; n_parameters], at_nodes }
+    }
+}
+
 /// A calibrated stage.
+#[expect(clippy::large_enum_variant, reason = "a handful exist at a time, and no collection holds them")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stage {
     /// A linear stage.
@@ -179,7 +198,15 @@ impl Stage {
         }
     }
 
-    /// Moved by a step of its parameters, then of the deviations of its straightness or its angle.
+    /// Independent one-σ steps of the deviations at its nodes; empty if they are unknown.
+    pub(crate) fn node_modes(&self) -> Vec<NodeMode> {
+        match self {
+            Self::Linear(axis) => axis.node_modes(),
+            Self::Rotary(axis) => axis.node_modes(),
+        }
+    }
+
+    /// Moved by a step of its parameters, then of the deviations at its nodes.
     pub(crate) fn stepped(&self, step: &[f64]) -> Self {
         let (parameter_step, deviation_step) = step.split_at(self.parameters());
         match self {

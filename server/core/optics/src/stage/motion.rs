@@ -4,7 +4,8 @@ use nalgebra::{Rotation3, Vector3};
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
 
-/// Motion of the part from stage position 0: X_camera = R·X_part + shift, with R = 1 for a linear stage.
+/// Motion of the part from stage position 0: X_camera = R·X_part + shift, with R = 1 for a linear stage
+/// that does not tilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     shift_mm: Vector3<f64>,
@@ -25,6 +26,18 @@ impl Motion {
     /// A rotation by `turn` about `point_mm`, camera frame.
     pub fn rotation_about(turn: Rotation3<f64>, point_mm: &Vector3<f64>) -> Self {
         Self { shift_mm: point_mm - turn * point_mm, turn: Some(turn) }
+    }
+
+    /// This motion followed by a translation by `shift_mm`, camera frame.
+    #[must_use]
+    pub fn then_by(self, shift_mm: &Vector3<f64>) -> Self {
+        Self { shift_mm: self.shift_mm + shift_mm, ..self }
+    }
+
+    /// This motion of a part that has been translated by `shift_mm` before.
+    #[must_use]
+    pub fn after(self, shift_mm: &Vector3<f64>) -> Self {
+        Self { shift_mm: self.shift_mm + self.camera_direction(shift_mm), ..self }
     }
 
     /// Position of the part's origin, camera frame.

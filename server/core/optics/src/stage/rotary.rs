@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
 use crate::rotation::completing_frame;
-use crate::stage::Motion;
+use crate::stage::{Motion, NodeMode};
 
 /// Number of nodes, evenly spaced around the circle, at which a table's angular deviations are independent: deviations
 /// with more than eight periods per revolution are not modelled.
@@ -68,6 +68,17 @@ impl RotaryAxis {
     pub(crate) fn stepped(&self, step: &[f64], deviation_step: &[f64]) -> Self {
         let angle_error = self.angle_error.map(|error| error.stepped(deviation_step));
         Self { angle_error, ..self.moved(&std::array::from_fn(|i| step[i])) }
+    }
+
+    /// Independent one-σ steps of the angle at the nodes.
+    pub(crate) fn node_modes(&self) -> Vec<NodeMode> {
+        let mode = |error: AngleError, node: usize| {
+            let mut at_nodes = vec![0.0; ANGLE_NODES];
+            at_nodes[node] = error.sigma_rad;
+            NodeMode::at_nodes(4, at_nodes)
+        };
+        let of = |error: AngleError| (0..ANGLE_NODES).map(move |node| mode(error, node));
+        self.angle_error.into_iter().flat_map(of).collect()
     }
 
     /// Moved by a step of its four parameters: two tilts, rad, and two shifts, mm.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 use optics::calibration::STAGE_PARAMETERS;
-use optics::stage::{MAX_STRAIGHTNESS_NODES, Straightness};
+use optics::stage::{MAX_STAGE_NODES, Straightness};
 use optics::{CAMERA_PARAMETERS, Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, PointMm, StageAxis};
 
 /// σ of the straightness, far above the covariance's.
@@ -20,7 +20,7 @@ fn calibration(straightness: Option<Straightness>) -> Calibration {
         camera: Camera::from_opencv(1280, 1024, matrix, &[]),
         orders: vec![0],
         light: LightSurfaces::Planes(vec![(0, plane)]),
-        stage: Some(StageAxis { direction: Vector3::y(), straightness }.into()),
+        stage: Some(StageAxis { direction: Vector3::y(), straightness, tilt: None }.into()),
         depth_range_mm: DepthRangeMm { near_mm: 300.0, far_mm: 500.0 },
         covariance: DMatrix::from_fn(n, n, variance),
     }
@@ -75,7 +75,7 @@ fn a_stage_of_unknown_straightness_has_no_modes_for_it() {
 
 #[test]
 fn more_views_than_nodes_are_limited_and_invalid_arguments_are_refused() {
-    assert_eq!(Straightness::new(SIGMA_MM, 0.0, 1.0, 40).unwrap().n_nodes(), MAX_STRAIGHTNESS_NODES);
+    assert_eq!(Straightness::new(SIGMA_MM, 0.0, 1.0, 40).unwrap().n_nodes(), MAX_STAGE_NODES);
     for (sigma_mm, last_mm, n_nodes) in [(0.0, 1.0, 3), (f64::NAN, 1.0, 3), (0.1, 0.0, 3), (0.1, 1.0, 1)] {
         assert_eq!(Straightness::new(sigma_mm, 0.0, last_mm, n_nodes), None);
     }

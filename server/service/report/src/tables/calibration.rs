@@ -130,6 +130,11 @@ fn stage_text(text: &mut String, stage: &StageReport) {
         stage.straightness_um.len(),
         stage.straightness_sigma_um
     );
+    let [largest, middle, least] = stage.tilt_sigma_urad;
+    let _ = writeln!(
+        text,
+        "  tilt (pitch, yaw, roll) σ {largest:.0}, {middle:.0}, {least:.0} µrad about its principal axes"
+    );
 }
 
 fn axis_text(text: &mut String, axis: &AxisReport) {
@@ -258,7 +263,8 @@ fn models_json(models: &CrossValidation) -> Value {
 fn stage_json(stage: &StageReport) -> Value {
     json!({ "direction": stage.direction, "sigma": stage.sigma, "scale_error": stage.scale_error,
         "scale_sigma": stage.scale_sigma, "straightness_rms_um": stage.straightness_rms_um,
-        "straightness_sigma_um": stage.straightness_sigma_um, "straightness_um": stage.straightness_um })
+        "straightness_sigma_um": stage.straightness_sigma_um, "straightness_um": stage.straightness_um,
+        "tilt_sigma_urad": stage.tilt_sigma_urad, "tilt_urad": stage.tilt_urad })
 }
 
 fn axis_json(axis: &AxisReport) -> Value {

@@ -1,4 +1,4 @@
-/** Results of the stage views: direction, scale, straightness of the travel. */
+/** Results of the stage views: direction, scale, straightness and tilt of the travel. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
@@ -29,6 +29,12 @@ export function StageView({ stage }: { stage: StageSummary }) {
         </dd>
         <dt>{words.straightness}</dt>
         <dd>{um(stage.straightness_rms_um)} RMS</dd>
+        {stage.tilt_sigma_urad && (
+          <>
+            <dt>{words.stage_tilt}</dt>
+            <dd>{stage.tilt_sigma_urad.map((value) => decimal(value, 0, language.value)).join("; ")} µrad</dd>
+          </>
+        )}
         <dt>{words.stage_direction}</dt>
         <dd>({stage.direction.map(number).join("; ")})</dd>
       </dl>

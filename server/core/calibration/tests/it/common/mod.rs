@@ -31,6 +31,8 @@ pub struct Rig {
     pub stage: Vector3<f64>,
     /// σ per axis of the stage's deviations from straight and uniform travel, mm.
     pub wobble_sigma_mm: f64,
+    /// One σ of the carriage's rotation about every axis in a stage view.
+    pub yaw_sigma_rad: f64,
     pub corner_sigma_px: f64,
     pub line_sigma_px: f64,
     /// Largest tilt of the boards about either axis.
@@ -38,6 +40,13 @@ pub struct Rig {
     /// Largest distance of the boards from a depth of 400 mm.
     pub half_depth_mm: f64,
     pub seed: u64,
+}
+
+/// Deviation of the stage in a view: a shift of the board's centre (mm), and a rotation about it.
+pub type Wobble = (Vector3<f64>, Rotation3<f64>);
+
+fn board_centre() -> Vector3<f64> {
+    Vector3::new((COLUMNS - 1) as f64, (ROWS - 1) as f64, 0.0) * (SQUARE_MM / 2.0)
 }
 
 impl Rig {
@@ -65,6 +74,7 @@ impl Rig {
             orders: vec![-2, -1, 0, 1, 2],
             stage: Vector3::new(-0.005, 0.9998, -0.02),
             wobble_sigma_mm: 0.0,
+            yaw_sigma_rad: 0.0,
             corner_sigma_px: 0.01,
             line_sigma_px: 0.05,
             tilt_rad: 0.4,
@@ -79,11 +89,15 @@ impl Rig {
     }
 
     /// The same, and the stage's deviation from straight and uniform travel in every stage view.
-    pub fn wobbling_input(&self, n_poses: usize, n_stage: usize) -> (CalibrationInput, Vec<Vector3<f64>>) {
+    pub fn wobbling_input(&self, n_poses: usize, n_stage: usize) -> (CalibrationInput, Vec<Wobble>) {
         // Separate generators, so that the wobble does not change the noise of the other features.
         let mut of_stage = Pcg64Mcg::seed_from_u64(self.seed + 1_000_000);
-        let wobble: Vec<Vector3<f64>> =
+        let shifts: Vec<Vector3<f64>> =
             (0..n_stage).map(|_| Vector3::from_fn(|_, _| self.wobble_sigma_mm * normal(&mut of_stage))).collect();
+        let turns = shifts
+            .iter()
+            .map(|_| Rotation3::new(Vector3::from_fn(|_, _| self.yaw_sigma_rad * normal(&mut of_stage))));
+        let wobble: Vec<Wobble> = shifts.iter().copied().zip(turns).collect();
         let mut random = Pcg64Mcg::seed_from_u64(self.seed);
         let poses = (0..n_poses)
             .map(|idx| {
@@ -100,8 +114,11 @@ impl Rig {
         let stage_views = (0..n_stage)
             .map(|idx| {
                 let position_mm = -20.0 + 10.0 * idx as f64;
-                let travel = self.stage * position_mm + wobble[idx];
-                let moved = Rigid::new(carried.rotation, carried.translation_mm + travel);
+                let (shift_mm, turn) = wobble[idx];
+                let travel = self.stage * position_mm + shift_mm;
+                let centre = carried.rotation * board_centre();
+                let moved =
+                    Rigid::new(turn * carried.rotation, carried.translation_mm + travel + centre - turn * centre);
                 StageViewInput {
                     name: format!("stage/{idx:03}.png"),
                     corners: self.corners(&moved, &mut random),
@@ -132,11 +149,10 @@ impl Rig {
     pub fn pose(&self, random: &mut Pcg64Mcg) -> Rigid<CameraFrame, BoardFrame> {
         let mut tilt = || self.tilt_rad * random.random_range(-1.0..1.0);
         let rotation = Rotation3::from_euler_angles(tilt(), tilt(), 0.3 * tilt());
-        let middle = Vector3::new((COLUMNS - 1) as f64, (ROWS - 1) as f64, 0.0) * (SQUARE_MM / 2.0);
         let depth = 400.0 + self.half_depth_mm * random.random_range(-1.0..1.0);
         let side = |random: &mut Pcg64Mcg| 8.0 * random.random_range(-1.0..1.0);
         let centre = Vector3::new(side(random), side(random), depth);
-        Rigid::new(rotation, centre - rotation * middle)
+        Rigid::new(rotation, centre - rotation * board_centre())
     }
 
     pub fn corners(&self, pose: &Rigid<CameraFrame, BoardFrame>, random: &mut Pcg64Mcg) -> BoardCorners {

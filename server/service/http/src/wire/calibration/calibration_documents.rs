@@ -167,6 +167,9 @@ pub struct StageAxisDto {
     /// Straightness and evenness of the travel; absent if unknown (unknown does not mean zero).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightness: Option<StraightnessDto>,
+    /// Pitch, yaw and roll of the travel; absent if unknown (unknown does not mean zero).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<TiltDto>,
 }
 
 /// Deviations from straight and even travel.
@@ -179,6 +182,23 @@ pub struct StraightnessDto {
     /// Stage position of the last node.
     pub last_mm: f64,
     /// Evenly spaced positions whose deviations are independent.
+    pub n_nodes: usize,
+}
+
+/// Rotations of the carriage: pitch, yaw and roll.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TiltDto {
+    /// Three independent rotation vectors of one standard deviation, camera frame.
+    #[schema(min_items = 3, max_items = 3)]
+    pub sigmas_rad: [[f64; 3]; 3],
+    /// Centre of the rotations at the middle of the nodes, camera frame.
+    #[schema(min_items = 3, max_items = 3)]
+    pub centre_mm: [f64; 3],
+    /// Stage position of the first node.
+    pub first_mm: f64,
+    /// Stage position of the last node.
+    pub last_mm: f64,
+    /// Evenly spaced positions whose rotations are independent.
     pub n_nodes: usize,
 }
 

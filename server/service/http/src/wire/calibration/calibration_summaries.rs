@@ -184,4 +184,11 @@ pub struct StageSummaryDto {
     pub straightness_sigma_um: Option<f64>,
     /// Per view: position in mm; one deviation along and two perpendicular to the travel in µm.
     pub straightness_um: Vec<[f64; 4]>,
+    /// σ of the carriage's rotation (pitch, yaw, roll) about its principal axes, largest first, µrad; absent in earlier
+    /// versions.
+    #[serde(default)]
+    pub tilt_sigma_urad: Option<[f64; 3]>,
+    /// Per view: position in mm; rotations about the travel and two perpendicular axes in µrad; empty in earlier versions.
+    #[serde(default)]
+    pub tilt_urad: Vec<[f64; 4]>,
 }
