@@ -67,7 +67,7 @@ pub enum AckCode {
     Fault,
     /// Someone else is in control.
     NotInControl,
-    /// The serial number cannot be used.
+    /// The serial number or the order cannot be used.
     BadSerial,
     /// Too many results or jobs wait.
     QueueFull,
@@ -116,7 +116,9 @@ impl AckCode {
             Self::Stopped => "the station is stopped, and must be reset by a person",
             Self::Fault => "a fault must be acknowledged by a person, or a device did not take the command",
             Self::NotInControl => "someone else is in control of the station",
-            Self::BadSerial => "the serial number is empty, not UTF-8, or has control characters",
+            Self::BadSerial => {
+                "the serial number is empty, or it or the order is not UTF-8 or has control characters"
+            }
             Self::QueueFull => "32 results are not acknowledged, or too many jobs wait",
             Self::NotReady => "the station is not ready: homing or calibration is missing",
             Self::Restarted => {

@@ -12,6 +12,9 @@ use crate::http::inspections::{inspected, place_ball, place_block};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// The order of parts that the PLC triggers.
+const PLC_ORDER: &str = "4700-A";
+
 /// Number, serial number and verdict of an inspection.
 pub type Outcome = (i64, String, String);
 
@@ -82,15 +85,16 @@ impl Plant {
         self.server().post("/api/v1/recipes", &body).expect(201);
     }
 
-    /// The PLC triggers the inspection of a part by the number of its recipe, and reads what the API has. Returns the
-    /// inspection.
+    /// The PLC triggers the inspection of a part of an order by the number of its recipe, and reads what the API has. Returns
+    /// the inspection.
     pub fn triggered(&self, number: u32, part: &Part) -> Value {
         part.place(self.server());
         let serial = &part.serial;
-        let read = self.receivers.plc(&["trigger", &number.to_string(), serial]);
+        let read = self.receivers.plc(&["trigger", &number.to_string(), serial, PLC_ORDER]);
         let listed = self.server().get(&format!("/api/v1/inspections?serial={serial}")).expect(200);
         let stored = listed["items"][0].clone();
         assert_eq!((&read["serial"], &read["verdict"]), (&json!(serial), &stored["verdict"]), "{read:#}");
+        assert_eq!(stored["order"], PLC_ORDER);
         assert_eq!((&read["recipe"], &read["version"], &read["n"]), (&json!(number), &json!(1), &json!(1)));
         let result = &stored["results"][0];
         for (name, of) in

@@ -1,4 +1,4 @@
-"""A PLC at the register map of `sheaf-modbus`: PORT read | PORT trigger RECIPE SERIAL. It prints the next result as JSON.
+"""A PLC at the register map of `sheaf-modbus`: PORT read | PORT trigger RECIPE SERIAL [ORDER]. It prints the next result as JSON.
 
 `trigger` requests an inspection first. Either way it waits for a result, reads it as one block, and acknowledges it.
 """
@@ -56,10 +56,10 @@ def text(registers):
 
 
 if sys.argv[2] == "trigger":
-    recipe, serial = int(sys.argv[3]), sys.argv[4]
+    recipe, serial, order = int(sys.argv[3]), sys.argv[4], "".join(sys.argv[5:])
     until("ready", lambda: inputs(3, 1)[0] & 1)
-    padded = serial.encode().ljust(32, b"\0")
-    words = list(struct.unpack(">16H", padded))
+    padded = serial.encode().ljust(32, b"\0") + order.encode().ljust(32, b"\0")
+    words = list(struct.unpack(">32H", padded))
     # Command, its number, and the last result acknowledged stay as they are until the block is complete.
     write(4, [recipe >> 16, recipe & 0xFFFF, *words])
     code = FIRST_AFTER_START

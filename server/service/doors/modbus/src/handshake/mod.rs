@@ -25,8 +25,8 @@ use crate::line::JobEnd;
 use crate::line::Station;
 use crate::registers::map::{
     ACK_CODE, ACK_SEQ, COMMAND, COMMAND_SEQ, ERROR, HEARTBEAT, HOLDING_WORDS, INPUT_WORDS, MAP_VERSION, MIRROR,
-    PLC_HEARTBEAT, PREPARED, QUEUED, RESULT_ACK, Register, STATE, STATUS, TRIGGER_RECIPE, TRIGGER_SERIAL, Table,
-    VERSION, WORD_ORDER, WORD_ORDER_TEST,
+    PLC_HEARTBEAT, PREPARED, QUEUED, RESULT_ACK, Register, STATE, STATUS, TRIGGER_ORDER, TRIGGER_RECIPE,
+    TRIGGER_SERIAL, Table, VERSION, WORD_ORDER, WORD_ORDER_TEST,
 };
 use crate::registers::value::Value;
 
@@ -178,10 +178,12 @@ impl Handshake {
         self.accepts_trigger(at)?;
         let serial = TRIGGER_SERIAL.text(&self.holding).filter(|serial| !serial.is_empty());
         let serial = serial.ok_or(AckCode::BadSerial)?;
+        let order = TRIGGER_ORDER.text(&self.holding).ok_or(AckCode::BadSerial)?;
+        let order = (!order.is_empty()).then_some(order);
         let recipe = [recipe, self.prepared].into_iter().find(|number| *number != 0);
         self.inspection = Inspection::Requested { aborted: false };
         self.ended = JobEnd::Finished;
-        Ok(Task::Trigger { recipe, serial })
+        Ok(Task::Trigger { recipe, serial, order })
     }
 
     fn accepts_trigger(&self, at: Circumstances) -> Result<(), AckCode> {

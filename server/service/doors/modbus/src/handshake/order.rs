@@ -18,6 +18,8 @@ pub enum Task {
         recipe: Option<u32>,
         /// Serial number.
         serial: String,
+        /// Number of the order.
+        order: Option<String>,
     },
     /// Cancel this job.
     Abort {

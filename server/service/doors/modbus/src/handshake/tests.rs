@@ -94,6 +94,11 @@ impl Bench {
     }
 }
 
+/// The trigger of part S1, of no order.
+fn part(recipe: Option<u32>) -> Task {
+    Task::Trigger { recipe, serial: "S1".to_owned(), order: None }
+}
+
 #[test]
 fn a_command_is_executed_when_its_number_changes_and_only_then() {
     let mut bench = Bench::new();
@@ -101,7 +106,7 @@ fn a_command_is_executed_when_its_number_changes_and_only_then() {
     bench.part(12, "S1");
     assert_eq!(bench.write(1, &[1]), None, "the command alone");
     let order = bench.write(2, &[8]).unwrap();
-    assert_eq!(order, Order { seq: 8, task: Task::Trigger { recipe: Some(12), serial: "S1".to_owned() } });
+    assert_eq!(order, Order { seq: 8, task: part(Some(12)) });
     assert_eq!(bench.write(0, &[5, 1, 8, 0]), None, "the same number in the next cycle");
     assert_eq!(bench.ack().0, 7, "not before the outcome");
     bench.handshake.finish(&order, &Ok(Some("job-1".to_owned())));
@@ -118,7 +123,24 @@ fn one_request_carries_block_and_command() {
     let mut block = vec![1, 1, 8, 0, 0, 0, 0x5331];
     block.resize(22, 0);
     let order = bench.write(0, &block).unwrap();
-    assert_eq!(order.task, Task::Trigger { recipe: None, serial: "S1".to_owned() });
+    assert_eq!(order.task, part(None));
+}
+
+#[test]
+fn a_part_belongs_to_the_order_in_the_registers() {
+    let mut bench = Bench::new();
+    bench.part(12, "S1");
+    bench.write(22, &[0x3437, 0x3131, 0x2D41]);
+    let ordered = |order: Option<&str>| Task::Trigger {
+        recipe: Some(12),
+        serial: "S1".to_owned(),
+        order: order.map(str::to_owned),
+    };
+    let order = bench.command(1).unwrap();
+    assert_eq!(order.task, ordered(Some("4711-A")));
+    bench.handshake.finish(&order, &Err(AckCode::Unavailable));
+    bench.write(22, &[0]);
+    assert_eq!(bench.command(1).unwrap().task, ordered(None));
 }
 
 #[test]
@@ -143,6 +165,7 @@ fn a_trigger_is_refused_with_the_reason() {
     assert_eq!(with(&|bench| bench.part(12, "")), AckCode::BadSerial.number());
     assert_eq!(with(&|bench| bench.part(12, "   ")), AckCode::BadSerial.number());
     assert_eq!(with(&|bench| drop(bench.write(6, &[0xFFFF]))), AckCode::BadSerial.number());
+    assert_eq!(with(&|bench| drop(bench.write(22, &[0xFFFF]))), AckCode::BadSerial.number());
     assert_eq!(with(&|bench| drop(bench.triggered())), AckCode::Busy.number());
     let fill = |bench: &mut Bench| (1..=33).for_each(|seq| bench.handshake.results.note(seq));
     assert_eq!(with(&fill), AckCode::QueueFull.number());
@@ -237,7 +260,7 @@ fn a_prepared_recipe_is_used_by_triggers_without_one() {
     assert_eq!(bench.input(37), 12);
     bench.part(0, "S1");
     let order = bench.command(1).unwrap();
-    assert_eq!(order.task, Task::Trigger { recipe: Some(12), serial: "S1".to_owned() });
+    assert_eq!(order.task, part(Some(12)));
     bench.handshake.finish(&order, &Err(AckCode::NoRecipe));
     bench.command(5);
     assert_eq!((bench.input(37), bench.ack().1), (0, 0));
@@ -318,7 +341,7 @@ fn writes_are_refused_when_they_are_off() {
     let bench = Bench::new();
     let mut handshake = Handshake::new(false, bench.at.now);
     assert_eq!(handshake.write(0, &[1], bench.at), Err(Exception::Function));
-    assert_eq!(handshake.read(Table::Holding, 0, 22, bench.at), Ok(vec![0; 22]));
+    assert_eq!(handshake.read(Table::Holding, 0, 38, bench.at), Ok(vec![0; 38]));
 }
 
 /// What a PLC or the service does.

@@ -66,9 +66,16 @@ impl Line for AppLine {
         }
     }
 
-    async fn trigger(&self, source: &str, recipe: Option<u32>, serial: &str) -> Result<String, AckCode> {
+    async fn trigger(
+        &self,
+        source: &str,
+        recipe: Option<u32>,
+        serial: &str,
+        order: Option<&str>,
+    ) -> Result<String, AckCode> {
         let recipe = self.recipe(recipe, serial).await?;
-        let part = InspectedPart { serial: serial.to_owned(), order: None, attributes: BTreeMap::new() };
+        let order = order.map(str::to_owned);
+        let part = InspectedPart { serial: serial.to_owned(), order, attributes: BTreeMap::new() };
         let by = self.principal(source);
         let job = use_cases::inspect(&self.app, &by, Some(recipe), part, |_| Vec::new()).await;
         job.map(|job| job.id).map_err(|error| code(&error))
@@ -110,7 +117,7 @@ impl Line for AppLine {
 /// The code of a refusal; what a PLC cannot act on is in the log.
 fn code(error: &AppError) -> AckCode {
     let code = match (error.kind, error.pointer.as_deref()) {
-        (_, Some("/serial")) => AckCode::BadSerial,
+        (_, Some("/serial" | "/order")) => AckCode::BadSerial,
         (_, Some(pointer)) if pointer.starts_with("/recipe") => AckCode::NoRecipe,
         (ErrorKind::ControlRequired | ErrorKind::ControlExpired, _) => AckCode::NotInControl,
         (ErrorKind::Halted | ErrorKind::Stopped, _) => AckCode::Stopped,

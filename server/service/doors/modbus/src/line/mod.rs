@@ -26,8 +26,14 @@ pub trait Line: Send + Sync + 'static {
     /// The state now.
     fn station(&self) -> Station;
 
-    /// Requests an inspection; returns the id of its job.
-    async fn trigger(&self, source: &str, recipe: Option<u32>, serial: &str) -> Result<String, AckCode>;
+    /// Requests the inspection of a part of an order; returns the id of its job.
+    async fn trigger(
+        &self,
+        source: &str,
+        recipe: Option<u32>,
+        serial: &str,
+        order: Option<&str>,
+    ) -> Result<String, AckCode>;
 
     /// Waits for the end of a job.
     async fn ended(&self, job_id: &str) -> JobEnd;

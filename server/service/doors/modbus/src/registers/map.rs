@@ -10,7 +10,7 @@ pub const WORD_ORDER_TEST: f32 = 1234.5;
 pub const INPUT_WORDS: usize = 1000;
 
 /// Number of holding registers that a PLC writes.
-pub const HOLDING_WORDS: usize = 22;
+pub const HOLDING_WORDS: usize = 38;
 
 /// Holding registers from here on mirror the input registers, for a PLC without function 4.
 pub const MIRROR: usize = 1000;
@@ -125,7 +125,7 @@ map! {
     COMMAND = holding(1, Kind::U16, "command",
         "The command to be executed, see the list of commands.");
     COMMAND_SEQ = holding(2, Kind::U16, "command_seq",
-        "A change executes the command, with recipe and serial number as they are then. Write it last, or all in one \
+        "A change executes the command, with recipe, serial number and order as they are then. Write it last, or all in one \
          request. The first value after a start of the server executes nothing but stop: ack_code is 10.");
     RESULT_ACK = holding(3, Kind::U16, "result_ack",
         "Written with the value of result_seq: the PLC has taken the result. valid becomes 0, then the next one is shown.");
@@ -133,6 +133,8 @@ map! {
         "Number of the recipe for trigger and prepare; 0: the prepared one, or else by serial number.");
     TRIGGER_SERIAL = holding(6, Kind::Text(16), "serial",
         "Serial number of the part for trigger.");
+    TRIGGER_ORDER = holding(22, Kind::Text(16), "order",
+        "Number of the order for trigger, passed on with the result; empty: none.");
 
     VERSION = input(0, Kind::U16, "map_version", "Version of this map: 1.");
     HEARTBEAT = input(1, Kind::U16, "heartbeat", "Increases by 1 every 100 ms, 65535 to 0.");
@@ -217,6 +219,7 @@ mod tests {
             (3, "result_ack"),
             (4, "recipe"),
             (6, "serial"),
+            (22, "order"),
         ];
         assert_eq!(at(Table::Holding), holding);
         let input = [

@@ -203,8 +203,15 @@ impl Line for ScriptedLine {
         *self.station.lock()
     }
 
-    async fn trigger(&self, source: &str, recipe: Option<u32>, serial: &str) -> Result<String, AckCode> {
-        self.call(source, &format!("trigger {recipe:?} {serial}"));
+    async fn trigger(
+        &self,
+        source: &str,
+        recipe: Option<u32>,
+        serial: &str,
+        order: Option<&str>,
+    ) -> Result<String, AckCode> {
+        let of_order = order.map_or(String::new(), |order| format!(" of {order}"));
+        self.call(source, &format!("trigger {recipe:?} {serial}{of_order}"));
         if let Some(code) = *self.refuses.lock() {
             return Err(code);
         }

@@ -199,10 +199,10 @@ async fn addresses_and_functions_that_do_not_exist_are_refused() {
     for (address, count) in [(990, 11), (1000, 1), (65_535, 1), (65_535, 125)] {
         assert_eq!(client.read_input_registers(address, count).await.unwrap(), no_address, "{address} {count}");
     }
-    for (address, count) in [(22, 1), (20, 3), (999, 2), (1999, 2), (2000, 1), (65_535, 125)] {
+    for (address, count) in [(38, 1), (36, 3), (999, 2), (1999, 2), (2000, 1), (65_535, 125)] {
         assert_eq!(client.read_holding_registers(address, count).await.unwrap(), no_address, "{address} {count}");
     }
-    assert_eq!(client.write_single_register(22, 0).await.unwrap(), Err(ExceptionCode::IllegalDataAddress));
+    assert_eq!(client.write_single_register(38, 0).await.unwrap(), Err(ExceptionCode::IllegalDataAddress));
     assert_eq!(
         client.write_multiple_registers(21, &[0, 0]).await.unwrap(),
         Err(ExceptionCode::IllegalDataAddress)
