@@ -204,7 +204,7 @@ async fn addresses_and_functions_that_do_not_exist_are_refused() {
     }
     assert_eq!(client.write_single_register(38, 0).await.unwrap(), Err(ExceptionCode::IllegalDataAddress));
     assert_eq!(
-        client.write_multiple_registers(21, &[0, 0]).await.unwrap(),
+        client.write_multiple_registers(37, &[0, 0]).await.unwrap(),
         Err(ExceptionCode::IllegalDataAddress)
     );
     assert_eq!(client.write_single_register(1000, 0).await.unwrap(), Err(ExceptionCode::IllegalDataAddress));
