@@ -1,4 +1,4 @@
-//! A linear stage: X_part = X_camera − s·t − w(s), turned back by θ(s) (`docs/maths/calibration.md`, eq. 11).
+//! A linear stage: X_part = X_camera − s·t − w(s), turned back by θ(s) (`docs/maths/calibration.md`, eq. 8–11, 15, 16).
 
 use nalgebra::{Rotation3, Vector3};
 
