@@ -127,6 +127,7 @@ impl Recordings {
             self.end(None, Ended::ScanBegan).await;
         }
         let _turn = self.0.turn.lock().await;
+        self.wait_for_ending().await;
         if let Some(current) = self.current() {
             let detail = format!("\"{}\" is being recorded", current.record.name);
             return Err(AppError::new(ErrorKind::Conflict, detail).remedy("stop that recording first").into());
@@ -253,14 +254,25 @@ impl Recordings {
         Some(current.kept)
     }
 
+    /// Waits until a recording that is ending is stored: its record says so a moment before another one may begin.
+    async fn wait_for_ending(&self) {
+        if let Some(mut current) = self.current().filter(|current| current.ending.lock().is_some()) {
+            // After the limit it counts as running.
+            let _ = tokio::time::timeout(END_WAIT, current.kept.wait_for(Option::is_some)).await;
+        }
+    }
+
     /// The note queue for rows of the recorded scan; `None` if no scan is recorded.
     pub fn notes(&self, id: &str) -> Option<Notes> {
         self.current().filter(|current| current.record.id == id).map(|current| current.notes)
     }
 
-    /// A record with its current state; for the running recording, with the figures so far.
+    /// A record with its current state; for the running recording, with the figures so far. One that was stored with its
+    /// end a moment ago keeps its final figures.
     pub fn now(&self, record: RecordingRecord) -> RecordingRecord {
-        let Some(current) = self.current().filter(|current| current.record.id == record.id) else { return record };
+        let is_running =
+            |current: &Current| record.state == RecordingState::Recording && current.record.id == record.id;
+        let Some(current) = self.current().filter(is_running) else { return record };
         let of = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
         let progress = &current.progress;
         // Their reasons are known at the end.
