@@ -18,7 +18,7 @@ use std::time::Instant;
 use app::doors::{MachineState, OperationalState};
 
 use crate::codes::{AckCode, Command, Exception, StatusBit};
-use crate::handshake::order::{Inspection, Order, Task};
+use crate::handshake::order::{Inspection, Order, Task, TriggeredPart};
 use crate::handshake::params::{HEARTBEAT_STEP, PLC_SILENT, RESULTS_MAY_WAIT};
 use crate::handshake::results::Results;
 use crate::line::JobEnd;
@@ -183,7 +183,7 @@ impl Handshake {
         let recipe = [recipe, self.prepared].into_iter().find(|number| *number != 0);
         self.inspection = Inspection::Requested { aborted: false };
         self.ended = JobEnd::Finished;
-        Ok(Task::Trigger { recipe, serial, order })
+        Ok(Task::Trigger(TriggeredPart { recipe, serial, order }))
     }
 
     fn accepts_trigger(&self, at: Circumstances) -> Result<(), AckCode> {

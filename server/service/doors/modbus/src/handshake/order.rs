@@ -13,14 +13,7 @@ pub struct Order {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Task {
     /// Inspect a part.
-    Trigger {
-        /// Number of the recipe; `None`: by serial number.
-        recipe: Option<u32>,
-        /// Serial number.
-        serial: String,
-        /// Number of the order.
-        order: Option<String>,
-    },
+    Trigger(TriggeredPart),
     /// Cancel this job.
     Abort {
         /// Its id.
@@ -33,6 +26,17 @@ pub enum Task {
         /// Its number.
         recipe: u32,
     },
+}
+
+/// A part to be inspected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TriggeredPart {
+    /// Number of the recipe; `None`: by serial number.
+    pub recipe: Option<u32>,
+    /// Serial number.
+    pub serial: String,
+    /// Number of the order.
+    pub order: Option<String>,
 }
 
 /// The inspection triggered last, until it ends.

@@ -7,7 +7,7 @@ use app::doors::{MachineState, OperationalState};
 use proptest::prelude::*;
 
 use crate::codes::{AckCode, Exception};
-use crate::handshake::order::{Order, Task};
+use crate::handshake::order::{Order, Task, TriggeredPart};
 use crate::handshake::results::Offer;
 use crate::handshake::{Circumstances, Handshake};
 use crate::line::JobEnd;
@@ -94,9 +94,9 @@ impl Bench {
     }
 }
 
-/// The trigger of part S1, of no order.
-fn part(recipe: Option<u32>) -> Task {
-    Task::Trigger { recipe, serial: "S1".to_owned(), order: None }
+/// The trigger of part S1.
+fn part(recipe: Option<u32>, order: Option<&str>) -> Task {
+    Task::Trigger(TriggeredPart { recipe, serial: "S1".to_owned(), order: order.map(str::to_owned) })
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_command_is_executed_when_its_number_changes_and_only_then() {
     bench.part(12, "S1");
     assert_eq!(bench.write(1, &[1]), None, "the command alone");
     let order = bench.write(2, &[8]).unwrap();
-    assert_eq!(order, Order { seq: 8, task: part(Some(12)) });
+    assert_eq!(order, Order { seq: 8, task: part(Some(12), None) });
     assert_eq!(bench.write(0, &[5, 1, 8, 0]), None, "the same number in the next cycle");
     assert_eq!(bench.ack().0, 7, "not before the outcome");
     bench.handshake.finish(&order, &Ok(Some("job-1".to_owned())));
@@ -123,7 +123,7 @@ fn one_request_carries_block_and_command() {
     let mut block = vec![1, 1, 8, 0, 0, 0, 0x5331];
     block.resize(22, 0);
     let order = bench.write(0, &block).unwrap();
-    assert_eq!(order.task, part(None));
+    assert_eq!(order.task, part(None, None));
 }
 
 #[test]
@@ -131,16 +131,11 @@ fn a_part_belongs_to_the_order_in_the_registers() {
     let mut bench = Bench::new();
     bench.part(12, "S1");
     bench.write(22, &[0x3437, 0x3131, 0x2D41]);
-    let ordered = |order: Option<&str>| Task::Trigger {
-        recipe: Some(12),
-        serial: "S1".to_owned(),
-        order: order.map(str::to_owned),
-    };
     let order = bench.command(1).unwrap();
-    assert_eq!(order.task, ordered(Some("4711-A")));
+    assert_eq!(order.task, part(Some(12), Some("4711-A")));
     bench.handshake.finish(&order, &Err(AckCode::Unavailable));
     bench.write(22, &[0]);
-    assert_eq!(bench.command(1).unwrap().task, ordered(None));
+    assert_eq!(bench.command(1).unwrap().task, part(Some(12), None));
 }
 
 #[test]
@@ -260,7 +255,7 @@ fn a_prepared_recipe_is_used_by_triggers_without_one() {
     assert_eq!(bench.input(37), 12);
     bench.part(0, "S1");
     let order = bench.command(1).unwrap();
-    assert_eq!(order.task, part(Some(12)));
+    assert_eq!(order.task, part(Some(12), None));
     bench.handshake.finish(&order, &Err(AckCode::NoRecipe));
     bench.command(5);
     assert_eq!((bench.input(37), bench.ack().1), (0, 0));

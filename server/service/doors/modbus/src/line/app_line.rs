@@ -13,6 +13,7 @@ use app::use_cases;
 use async_trait::async_trait;
 
 use crate::codes::AckCode;
+use crate::handshake::order::TriggeredPart;
 use crate::line::JobEnd;
 use crate::line::{Line, Station};
 
@@ -66,16 +67,10 @@ impl Line for AppLine {
         }
     }
 
-    async fn trigger(
-        &self,
-        source: &str,
-        recipe: Option<u32>,
-        serial: &str,
-        order: Option<&str>,
-    ) -> Result<String, AckCode> {
-        let recipe = self.recipe(recipe, serial).await?;
-        let order = order.map(str::to_owned);
-        let part = InspectedPart { serial: serial.to_owned(), order, attributes: BTreeMap::new() };
+    async fn trigger(&self, source: &str, part: &TriggeredPart) -> Result<String, AckCode> {
+        let recipe = self.recipe(part.recipe, &part.serial).await?;
+        let TriggeredPart { serial, order, .. } = part.clone();
+        let part = InspectedPart { serial, order, attributes: BTreeMap::new() };
         let by = self.principal(source);
         let job = use_cases::inspect(&self.app, &by, Some(recipe), part, |_| Vec::new()).await;
         job.map(|job| job.id).map_err(|error| code(&error))

@@ -8,6 +8,7 @@ use app::doors::MachineState;
 use async_trait::async_trait;
 
 use crate::codes::AckCode;
+use crate::handshake::order::TriggeredPart;
 
 /// What the status says of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,14 +27,8 @@ pub trait Line: Send + Sync + 'static {
     /// The state now.
     fn station(&self) -> Station;
 
-    /// Requests the inspection of a part of an order; returns the id of its job.
-    async fn trigger(
-        &self,
-        source: &str,
-        recipe: Option<u32>,
-        serial: &str,
-        order: Option<&str>,
-    ) -> Result<String, AckCode>;
+    /// Requests the inspection of a part; returns the id of its job.
+    async fn trigger(&self, source: &str, part: &TriggeredPart) -> Result<String, AckCode>;
 
     /// Waits for the end of a job.
     async fn ended(&self, job_id: &str) -> JobEnd;

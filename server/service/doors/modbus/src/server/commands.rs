@@ -9,9 +9,7 @@ use crate::server::Shared;
 /// Carries it out for the client at `source`, and reports the outcome to the handshake.
 pub async fn execute(shared: Arc<Shared>, line: Arc<dyn Line>, source: String, order: Order) {
     let outcome = match &order.task {
-        Task::Trigger { recipe, serial, order } => {
-            line.trigger(&source, *recipe, serial, order.as_deref()).await.map(Some)
-        }
+        Task::Trigger(part) => line.trigger(&source, part).await.map(Some),
         Task::Abort { job_id } => line.abort(&source, job_id).await.map(|()| None),
         Task::Stop => line.stop(&source).await.map(|()| None),
         Task::Prepare { recipe } => line.prepare(*recipe).await.map(|()| None),

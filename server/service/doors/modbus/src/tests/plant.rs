@@ -12,6 +12,7 @@ use tokio::task::JoinHandle;
 
 use crate::codes::AckCode;
 use crate::door::ModbusDoor;
+use crate::handshake::order::TriggeredPart;
 use crate::line::JobEnd;
 use crate::line::{Line, Station};
 use crate::server::{Limits, serve};
@@ -203,22 +204,17 @@ impl Line for ScriptedLine {
         *self.station.lock()
     }
 
-    async fn trigger(
-        &self,
-        source: &str,
-        recipe: Option<u32>,
-        serial: &str,
-        order: Option<&str>,
-    ) -> Result<String, AckCode> {
-        let of_order = order.map_or(String::new(), |order| format!(" of {order}"));
+    async fn trigger(&self, source: &str, part: &TriggeredPart) -> Result<String, AckCode> {
+        let TriggeredPart { recipe, serial, order } = part;
+        let of_order = order.as_ref().map_or(String::new(), |order| format!(" of {order}"));
         self.call(source, &format!("trigger {recipe:?} {serial}{of_order}"));
         if let Some(code) = *self.refuses.lock() {
             return Err(code);
         }
         if *self.ends.borrow() {
-            self.inspected.send_modify(|inspected| inspected.push(serial.to_owned()));
+            self.inspected.send_modify(|inspected| inspected.push(serial.clone()));
         }
-        Ok(serial.to_owned())
+        Ok(serial.clone())
     }
 
     async fn ended(&self, _job_id: &str) -> JobEnd {
