@@ -100,7 +100,8 @@ impl StageAxis {
         for (tilt, node) in self.tilt.iter().flat_map(|known| (0..known.n_nodes()).map(move |node| (known, node)))
         {
             for rotation in tilt.sigmas_rad.iter().filter(|rotation| **rotation != Vector3::zeros()) {
-                modes.push(NodeMode::at_nodes(3, at(n_deviations + 3 * node, rotation)));
+                let at_nodes = at(n_deviations + 3 * node, rotation);
+                modes.push(NodeMode { of_parameters: Vec::new(), at_nodes });
             }
         }
         modes

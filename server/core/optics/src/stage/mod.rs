@@ -35,17 +35,10 @@ pub enum StagePosition {
 /// A one-σ step of a stage's deviation at one of its nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct NodeMode {
-    /// Step of the stage's parameters.
+    /// Step of the stage's parameters; empty if they stay.
     pub(crate) of_parameters: Vec<f64>,
     /// Step of the values at all nodes.
     pub(crate) at_nodes: Vec<f64>,
-}
-
-impl NodeMode {
-    /// A mode that leaves the parameters.
-    fn at_nodes(n_parameters: usize, at_nodes: Vec<f64>) -> Self {
-        Self { of_parameters: vec![0.0; n_parameters], at_nodes }
-    }
 }
 
 /// A calibrated stage.

@@ -75,7 +75,7 @@ impl RotaryAxis {
         let mode = |error: AngleError, node: usize| {
             let mut at_nodes = vec![0.0; ANGLE_NODES];
             at_nodes[node] = error.sigma_rad;
-            NodeMode::at_nodes(4, at_nodes)
+            NodeMode { of_parameters: Vec::new(), at_nodes }
         };
         let of = |error: AngleError| (0..ANGLE_NODES).map(move |node| mode(error, node));
         self.angle_error.into_iter().flat_map(of).collect()

@@ -8,7 +8,7 @@ use crate::modes::independent_steps;
 use crate::stage::{Motion, RotaryAxis, Stage, StagePosition};
 
 /// The stage at one-σ steps of its uncertainties; empty for a linear stage, whose direction shifts all points of a
-/// frame equally.
+/// frame equally, and whose straightness and tilt are propagated by the modes of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageUncertainty {
     axis: Option<RotaryAxis>,

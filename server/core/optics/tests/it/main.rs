@@ -2,5 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod scene;
 mod straightness;
 mod tilt;

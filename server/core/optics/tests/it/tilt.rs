@@ -1,9 +1,10 @@
 //! Effect of a stage's rotations on a length along its travel: the Abbe error.
 
-use nalgebra::{DMatrix, Vector3};
-use optics::calibration::STAGE_PARAMETERS;
+use nalgebra::Vector3;
 use optics::stage::{MAX_STAGE_NODES, Straightness, Tilt};
-use optics::{CAMERA_PARAMETERS, Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, PointMm, StageAxis};
+use optics::{CAMERA_PARAMETERS, PointMm, StageAxis};
+
+use crate::scene::{length_variances, station};
 
 /// Pitch, yaw and roll of a travel along y.
 const SIGMAS_RAD: [f64; 3] = [3e-4, 2e-4, 1e-4];
@@ -16,41 +17,18 @@ fn tilt(n_nodes: usize) -> Option<Tilt> {
     Tilt::new([pitch, roll, yaw], CENTRE_MM, (-20.0, 20.0), n_nodes)
 }
 
-fn calibration(axis: StageAxis) -> Calibration {
-    let matrix = [[2518.0, 0.0, 635.0], [0.0, 2516.0, 502.0], [0.0, 0.0, 1.0]];
-    let plane = Plane::through(&CENTRE_MM, Vector3::new(0.0, -0.9, 0.4).normalize());
-    let n = CAMERA_PARAMETERS + 3 + STAGE_PARAMETERS;
-    Calibration {
-        id: String::new(),
-        camera: Camera::from_opencv(1280, 1024, matrix, &[]),
-        orders: vec![0],
-        light: LightSurfaces::Planes(vec![(0, plane)]),
-        stage: Some(axis.into()),
-        depth_range_mm: DepthRangeMm { near_mm: 300.0, far_mm: 500.0 },
-        covariance: DMatrix::zeros(n, n),
-    }
-}
-
-/// Variances of the distance along x, y, z of two points seen at `seen` at the ends of the travel.
-fn variances(calibration: &Calibration, seen: Vector3<f64>) -> Vector3<f64> {
-    let apart = |calibration: &Calibration| {
-        let stage = calibration.stage.unwrap().linear().unwrap();
-        let at = |position_mm: f64| stage.part_from_camera(&PointMm::new(seen), position_mm).xyz;
-        at(20.0) - at(-20.0)
-    };
-    let as_calibrated = apart(calibration);
-    let change =
-        |mode: &Vec<f64>| (apart(&calibration.stepped(mode)) - as_calibrated).map(|change| change.powi(2));
-    calibration.sigma_modes().iter().map(change).sum()
-}
-
 #[test]
 fn a_length_along_the_travel_is_uncertain_by_its_distance_from_the_board_times_pitch_and_yaw() {
     let axis = StageAxis { tilt: tilt(5), ..StageAxis::new(Vector3::y()) };
-    let calibration = calibration(axis);
+    let calibration = station(axis);
     let [pitch, yaw, roll] = SIGMAS_RAD;
     for (height_mm, aside_mm) in [(0.0, 0.0), (-30.0, 0.0), (0.0, 25.0), (-12.0, 7.0)] {
-        let got = variances(&calibration, CENTRE_MM + Vector3::new(aside_mm, 0.0, height_mm));
+        let got = length_variances(
+            &calibration,
+            &PointMm::new(CENTRE_MM + Vector3::new(aside_mm, 0.0, height_mm)),
+            -20.0,
+            20.0,
+        );
         // Rotations by ±θ at both ends. The point is 20 mm from the centre along the travel at either end.
         let along = 2.0 * ((height_mm * pitch).powi(2) + (aside_mm * yaw).powi(2));
         let across = 2.0 * ((height_mm * roll).powi(2) + (20.0 * yaw).powi(2));
@@ -70,11 +48,11 @@ fn the_rotations_of_a_stage_do_not_depend_on_its_zero_beside_those_of_its_straig
     let straightness = Straightness::new(0.002, -20.0, 20.0, 5);
     let axis = StageAxis { straightness, tilt: tilt(5), ..StageAxis::new(Vector3::y()) };
     let n = axis.direction.len() + CAMERA_PARAMETERS + 3;
-    let modes = calibration(axis).sigma_modes();
-    // No covariance: three modes per node and kind, of equal length.
+    let modes = station(axis).sigma_modes();
+    // Three modes per node and kind, of equal length.
     assert_eq!(modes.len(), 30);
     assert!(modes.iter().all(|mode| mode.len() == n + 30));
-    let moved = calibration(axis).stepped(modes.last().unwrap()).stage.unwrap().linear().unwrap();
+    let moved = station(axis).stepped(modes.last().unwrap()).stage.unwrap().linear().unwrap();
     for position_mm in [-20.0, 0.0, 13.0, 20.0] {
         let in_part = PointMm::new(Vector3::new(3.0, -4.0, 390.0));
         let motion = moved.motion(position_mm);
@@ -89,7 +67,7 @@ fn the_rotations_of_a_stage_do_not_depend_on_its_zero_beside_those_of_its_straig
 fn a_motion_is_that_from_the_middle_of_the_nodes_after_the_travel_to_it() {
     let shifted = Tilt::new(*tilt(3).unwrap().sigmas_rad(), CENTRE_MM, (80.0, 120.0), 3);
     let axis = StageAxis { tilt: shifted, ..StageAxis::new(Vector3::y()) };
-    let calibration = calibration(axis);
+    let calibration = station(axis);
     let moved = calibration.stepped(calibration.sigma_modes().last().unwrap()).stage.unwrap().linear().unwrap();
     let seen = PointMm::new(CENTRE_MM + Vector3::new(5.0, 3.0, -30.0));
     let (from_zero, from_middle) = (moved.motion(120.0), moved.motion_from_middle(20.0));
