@@ -18,11 +18,10 @@ use std::time::Instant;
 use app::doors::{MachineState, OperationalState};
 
 use crate::codes::{AckCode, Command, Exception, StatusBit};
-use crate::handshake::order::{Inspection, Order, Task, TriggeredPart};
+use crate::handshake::order::{Inspection, Order, Task};
 use crate::handshake::params::{HEARTBEAT_STEP, PLC_SILENT, RESULTS_MAY_WAIT};
 use crate::handshake::results::Results;
-use crate::line::JobEnd;
-use crate::line::Station;
+use crate::line::{JobEnd, Station, TriggeredPart};
 use crate::registers::map::{
     ACK_CODE, ACK_SEQ, COMMAND, COMMAND_SEQ, ERROR, HEARTBEAT, HOLDING_WORDS, INPUT_WORDS, MAP_VERSION, MIRROR,
     PLC_HEARTBEAT, PREPARED, QUEUED, RESULT_ACK, Register, STATE, STATUS, TRIGGER_ORDER, TRIGGER_RECIPE,

@@ -1,5 +1,7 @@
 //! Commands to be carried out, and their outcome.
 
+use crate::line::TriggeredPart;
+
 /// A command that the handshake has let pass.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Order {
@@ -26,17 +28,6 @@ pub enum Task {
         /// Its number.
         recipe: u32,
     },
-}
-
-/// A part to be inspected.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TriggeredPart {
-    /// Number of the recipe; `None`: by serial number.
-    pub recipe: Option<u32>,
-    /// Serial number.
-    pub serial: String,
-    /// Number of the order.
-    pub order: Option<String>,
 }
 
 /// The inspection triggered last, until it ends.

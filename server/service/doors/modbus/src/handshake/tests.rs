@@ -7,11 +7,10 @@ use app::doors::{MachineState, OperationalState};
 use proptest::prelude::*;
 
 use crate::codes::{AckCode, Exception};
-use crate::handshake::order::{Order, Task, TriggeredPart};
+use crate::handshake::order::{Order, Task};
 use crate::handshake::results::Offer;
 use crate::handshake::{Circumstances, Handshake};
-use crate::line::JobEnd;
-use crate::line::Station;
+use crate::line::{JobEnd, Station, TriggeredPart};
 use crate::registers::map::Table;
 use crate::registers::result_block::ResultBlock;
 use crate::tests::inspection;

@@ -13,9 +13,7 @@ use app::use_cases;
 use async_trait::async_trait;
 
 use crate::codes::AckCode;
-use crate::handshake::order::TriggeredPart;
-use crate::line::JobEnd;
-use crate::line::{Line, Station};
+use crate::line::{JobEnd, Line, Station, TriggeredPart};
 
 /// Time until the store is asked again.
 const RETRY: Duration = Duration::from_secs(1);

@@ -8,7 +8,6 @@ use app::doors::MachineState;
 use async_trait::async_trait;
 
 use crate::codes::AckCode;
-use crate::handshake::order::TriggeredPart;
 
 /// What the status says of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +18,17 @@ pub struct Station {
     pub stopped: bool,
     /// Whether its devices are simulated.
     pub simulated: bool,
+}
+
+/// A part to be inspected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TriggeredPart {
+    /// Number of the recipe; `None`: by serial number.
+    pub recipe: Option<u32>,
+    /// Serial number.
+    pub serial: String,
+    /// Number of the order.
+    pub order: Option<String>,
 }
 
 /// What a PLC can command. `source` is the address of the PLC.

@@ -12,9 +12,7 @@ use tokio::task::JoinHandle;
 
 use crate::codes::AckCode;
 use crate::door::ModbusDoor;
-use crate::handshake::order::TriggeredPart;
-use crate::line::JobEnd;
-use crate::line::{Line, Station};
+use crate::line::{JobEnd, Line, Station, TriggeredPart};
 use crate::server::{Limits, serve};
 use crate::settings::Settings;
 use crate::tests::{delivery, inspection};
