@@ -20,7 +20,7 @@ pub use failure::{Failure, FailureKind};
 pub use images::background::Background;
 pub use images::board::{board_geometry, board_remedy, find_board};
 pub use images::features::{Features, calibration_features};
-pub use images::findings::{Finding, scene_change_finding};
+pub use images::findings::{Finding, also_in, scene_change_finding};
 pub use images::lines::{FoundLines, channel_of, lines_of};
 pub use images::search::{Directions, LineSearch, Region};
 pub use images::strong_light::StrongLight;

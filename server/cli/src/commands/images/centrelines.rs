@@ -13,7 +13,9 @@ use crate::answer::exit::Exit;
 use crate::answer::output::{create_folder, file_names_after, write_file};
 use crate::arguments::CentrelinesArgs;
 use crate::commands::{Answer, failed_entry, with_failures};
-use pipeline::{Background, Directions, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
+use pipeline::{
+    Background, Directions, Failure, Finding, FoundLines, LineSearch, Reporter, also_in, channel_of, lines_of,
+};
 use report::raster::{encode_png, overlay_by_segment};
 
 /// Suffix of overlay images beside the CSV files; it prevents overwriting an input image.
@@ -60,7 +62,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let mut text = format!("{laser}\n{}", white_level_text(white_level));
     let mut entries: Vec<Value> = Vec::new();
     let (mut failures, mut n_points, mut has_light, mut qualities) = (Vec::new(), 0, false, Vec::new());
-    let (mut smoothed, mut clipped) = (Vec::new(), Vec::new());
+    let (mut short, mut smoothed, mut clipped) = (Vec::new(), Vec::new(), Vec::new());
     for (idx, (image, result)) in images.iter().zip(found).enumerate() {
         match result {
             Ok(result) => {
@@ -76,6 +78,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                 );
                 for finding in &result.findings {
                     match finding {
+                        Finding::NoLongLine { .. } => short.push(format!("{}: {finding}", image.display())),
                         Finding::Clipped { .. } => clipped.push(format!("{}: {finding}", image.display())),
                         Finding::Smoothed => smoothed.push(format!("{}: {finding}", image.display())),
                         _ => reporter.warn(&format!("{}: {finding}", image.display())),
@@ -92,7 +95,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
             }
         }
     }
-    [smoothed, clipped].iter().for_each(|alike| warn_once(alike, reporter));
+    [short, smoothed, clipped].iter().for_each(|alike| warn_once(alike, reporter));
     if let Some(warning) = lossy_warning(&qualities) {
         reporter.warn(&format!("{warning}; segments of low contrast are ignored (--min-contrast)"));
     }
@@ -110,11 +113,8 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
 
 /// Warns of what images of one camera have in common: with the first of them, and the number of others.
 fn warn_once(alike: &[String], reporter: &dyn Reporter) {
-    match alike {
-        [] => {}
-        [one] => reporter.warn(one),
-        [first, _] => reporter.warn(&format!("{first}; also in 1 other image")),
-        [first, others @ ..] => reporter.warn(&format!("{first}; also in {} other images", others.len())),
+    if let [first, others @ ..] = alike {
+        reporter.warn(&format!("{first}{}", also_in(others.len())));
     }
 }
 

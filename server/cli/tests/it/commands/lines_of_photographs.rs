@@ -72,6 +72,22 @@ fn a_wrong_line_direction_is_reported() {
 }
 
 #[test]
+fn a_chessboard_without_laser_light_is_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = ["board/000.png", "board/001.png", "laser/000.png"].map(|name| path(&small_capture(), name));
+    let out = path(folder.path(), "out");
+    // Both folders have a 000.png.
+    let [board, other, _] = &images;
+    let output = sheaf(&["centrelines", board, other, "-o", &out]);
+    assert!(err(&output).contains("edges in an image without laser light"), "{}", err(&output));
+    for (image, is_doubted) in images.iter().zip([true, true, false]) {
+        let (result, _) = sheaf_json(&["centrelines", image, "-o", &path(folder.path(), "one")]);
+        let found = kinds(&result["images"][0]);
+        assert_eq!(found.contains(&"no_long_line"), is_doubted, "{image}: {result:#}");
+    }
+}
+
+#[test]
 fn swapped_pairs_and_backgrounds_of_another_pose_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, image: &GrayImage| {
@@ -100,7 +116,7 @@ fn swapped_pairs_and_backgrounds_of_another_pose_are_reported() {
     ] {
         let (result, _) = sheaf_json(&["centrelines", on, "--background", off, "-o", &out]);
         let mut found = kinds(&result["images"][0]);
-        found.retain(|kind| !["no_line", "light_without_line", "clipped"].contains(kind));
+        found.retain(|kind| !["no_line", "no_long_line", "light_without_line", "clipped"].contains(kind));
         assert_eq!(found, expected, "{on} minus {off}: {result:#}");
     }
     // The same as a list of pairs, relative to the list.

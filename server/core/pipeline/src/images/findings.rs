@@ -27,6 +27,11 @@ const BRIGHT_FRACTION: f32 = 0.3;
 pub enum Finding {
     /// No line at all.
     NoLine,
+    /// Only short pieces of line, as edges of a scene without laser light look.
+    NoLongLine {
+        /// The longest, in line widths.
+        longest_widths: f64,
+    },
     /// Strong light without points.
     LightWithoutLine(StrongLight),
     /// A line found between two that touch.
@@ -80,6 +85,7 @@ impl Finding {
                 true
             }
             Self::NoLine
+            | Self::NoLongLine { .. }
             | Self::LightWithoutLine(_)
             | Self::LineMayBeTwo(_)
             | Self::Glints { .. }
@@ -94,6 +100,7 @@ impl Finding {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::NoLine => "no_line",
+            Self::NoLongLine { .. } => "no_long_line",
             Self::LightWithoutLine(_) => "light_without_line",
             Self::LineMayBeTwo(_) => "line_may_be_two",
             Self::Glints { .. } => "glints",
@@ -112,6 +119,11 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoLine => f.write_str("shows no laser line"),
+            Self::NoLongLine { longest_widths } => write!(
+                f,
+                "no piece of line is longer than {longest_widths:.0} line widths: these may be edges in an image without laser \
+                 light; check the image, its channel and the line direction"
+            ),
             Self::LightWithoutLine(light) | Self::LineMayBeTwo(light) => light.fmt(f),
             Self::Glints { n } => {
                 write!(f, "{n} short clipped pieces are brighter than the lines: glints, removed")
@@ -190,14 +202,19 @@ impl Findings {
             if matches!(finding, Finding::OtherDirection { .. }) && 2 * (images.len() + 1) <= n_images {
                 continue;
             }
-            let others = match images.len() {
-                0 => String::new(),
-                1 => "; also in 1 other image".to_owned(),
-                n => format!("; also in {n} other images"),
-            };
+            let others = also_in(images.len());
             let left_out = if finding.prevents_subtraction() { "; left out" } else { "" };
             reporter.warn(&format!("{of}: {first}: {finding}{left_out}{others}"));
         }
+    }
+}
+
+/// What is added to a finding that other images have as well.
+pub fn also_in(n_other_images: usize) -> String {
+    match n_other_images {
+        0 => String::new(),
+        1 => "; also in 1 other image".to_owned(),
+        n => format!("; also in {n} other images"),
     }
 }
 

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
-use vision::{CameraImage, CentrelineParams, Centrelines, Channel, GreyImage, WhiteLevel};
+use statistics::median;
+use vision::{CameraImage, CentrelineParams, Centrelines, Channel, GreyImage, LineDirection, Segment, WhiteLevel};
 
 use crate::failure::Failure;
 use crate::images::background::Background;
@@ -14,6 +15,11 @@ use crate::images::search::{Directions, LineSearch};
 /// Ratio of the points found in the averaged image to those found without averaging, from which they are used instead:
 /// averaging always finds a few more, at the expense of lateral resolution.
 const SMOOTHING_GAIN: f64 = 1.5;
+/// Length of a piece of line, in line widths, from which it is long. On photographs without laser light (chessboards,
+/// printed texture) edges give pieces of up to 18 widths, beside text of up to 29; lines of lasers are 50 and more.
+const LONG_WIDTHS: f64 = 20.0;
+/// Length of a piece relative to the image along it from which it is long, whatever its width.
+const LONG_FRACTION: f64 = 0.25;
 /// Fraction of clipped points from which they are a finding.
 const CLIPPED_FRACTION: f64 = 0.2;
 
@@ -57,8 +63,8 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
         findings.push(Finding::Glints { n: n_glints });
     }
     search.keep_wanted(&mut lines, image.full_scale(), photograph.jpeg_quality.is_some());
-    if lines.segments.is_empty() {
-        findings.insert(0, Finding::NoLine);
+    if let Some(finding) = no_long_line(&lines, &image, search) {
+        findings.insert(0, finding);
     }
     findings.extend(clipped(&lines));
     findings.extend(pair);
@@ -85,6 +91,28 @@ fn lines_in_noise(
     }
     let smoothed = search.smoothed_lines(image);
     (n_points(&smoothed) as f64 > SMOOTHING_GAIN * n_points(lines) as f64).then_some(smoothed)
+}
+
+/// A finding if there is no line, or only short pieces.
+fn no_long_line(lines: &Centrelines, image: &GreyImage, search: &LineSearch) -> Option<Finding> {
+    if lines.segments.is_empty() {
+        return Some(Finding::NoLine);
+    }
+    let whole_px = search.directions.each().iter().map(|direction| match direction {
+        LineDirection::Rows => image.width(),
+        LineDirection::Columns => image.height(),
+    });
+    let long_px = LONG_FRACTION * whole_px.min().unwrap_or_default() as f64;
+    let mut longest_widths = 0.0f64;
+    for Segment { points } in &lines.segments {
+        let mut widths_px: Vec<f64> = points.iter().map(|point| f64::from(point.width_px)).collect();
+        let widths = points.len() as f64 / median(&mut widths_px)?;
+        if widths >= LONG_WIDTHS || points.len() as f64 >= long_px {
+            return None;
+        }
+        longest_widths = longest_widths.max(widths);
+    }
+    Some(Finding::NoLongLine { longest_widths })
 }
 
 /// A finding if many points are clipped.
