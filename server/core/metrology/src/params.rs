@@ -194,11 +194,12 @@ pub const RIM_MIN_CROSSINGS_PER_PARAMETER: usize = 3;
 /// Largest part of a circle without crossings, degrees.
 pub const RIM_MAX_GAP_DEG: f64 = 120.0;
 
-/// Standard uncertainty of the half-intensity position, in blurs (one σ): the reflectance may differ by a tenth between the
-/// rim and the surface further in.
+/// Standard uncertainty of the place of three quarters of the intensity, in blurs (one σ): the reflectance may differ by a
+/// tenth between the rim and the surface further in.
 pub const RIM_SIGMA_BLURS: f64 = 0.25;
 
-/// Smallest fraction of crossings whose intensity falls before they end: with fewer the position of the rim is unknown.
+/// Smallest fraction of crossings whose intensity falls before they end: only these locate the rim, and with fewer its
+/// position is unknown.
 pub const RIM_MIN_FADED_FRACTION: f64 = 0.25;
 
 /// Points from which the noise of a feature is estimated.

@@ -25,11 +25,15 @@ pub(crate) struct Crossing {
     pub(crate) sample_idx: u32,
     /// From that point to the rim, part frame, mm.
     pub(crate) offset: Vector3<f64>,
+    /// From that point to the line as it runs further in, mm: where a rim is crossed obliquely, only one side of the line
+    /// is left at its end.
+    onto_line: Vector3<f64>,
     /// Unit vector along the line, away from the plane.
     pub(crate) outwards: Vector3<f64>,
-    /// Blur of this end along its line (one σ, mm), if two neighbouring points determine it.
+    /// Blur of this end along its line (one σ, mm), up to infinity; `None` if the intensity does not fall before the line
+    /// ends.
     pub(crate) blur_along_mm: Option<f64>,
-    /// The point whose intensity is closest to half; `None` if the intensity does not fall before the line ends.
+    /// The point whose intensity is closest to [`FADING_AT`]; `None` if the intensity does not fall before the line ends.
     fading: Option<Fading>,
 }
 
@@ -52,7 +56,8 @@ impl Crossing {
     /// `blur_mm`.
     pub(crate) fn of_rim(&self, across: &Vector3<f64>, blur_mm: f64) -> Self {
         let Some(Fading { back_mm, inside_blurs }) = self.fading else { return *self };
-        Self { offset: across * (inside_blurs * blur_mm) - self.outwards * back_mm, ..*self }
+        let from_line = across * (inside_blurs * blur_mm) - self.outwards * back_mm;
+        Self { offset: self.onto_line + from_line, ..*self }
     }
 }
 
@@ -80,6 +85,7 @@ pub(crate) fn crossings(samples: &Samples, plane: &FeatureFit, candidates: &[u32
 struct End {
     last: u32,
     outwards: Vector3<f64>,
+    onto_line: Vector3<f64>,
     spacing_mm: f64,
     /// Fraction of the full intensity, from the last point inwards.
     shares: Vec<f64>,
@@ -92,20 +98,25 @@ impl End {
         full.clamp(1, RIM_MIN_RUN_POINTS)
     }
 
-    /// Blur of this end along the line (one σ, mm), from two neighbouring points of reduced intensity.
+    /// Blur of this end along the line (one σ, mm), from a point of reduced intensity and the next one further in: that of
+    /// a pixel if the next one has the full intensity already, infinite if it is no brighter. Its median over many ends
+    /// counts all of them: without those whose next point is bright, it would lack the sharp ones.
     fn blur_mm(&self) -> Option<f64> {
         let near = self.shares.get(..=self.n_fading())?;
-        let pair = near.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
-        Some(self.spacing_mm / (quantile(pair[1]) - quantile(pair[0])))
+        let pair = near.windows(2).find(|pair| is_fading(pair[0]))?;
+        let n_blurs = quantile(pair[1].clamp(0.0, 1.0)) - quantile(pair[0]);
+        let spacings = if n_blurs > 0.0 { n_blurs.recip() } else { f64::INFINITY };
+        Some(self.spacing_mm * spacings.max(PIXEL_BLUR))
     }
 
     /// The crossing before the rim's direction is known: half a spacing beyond the last point.
     fn crossing(&self) -> Crossing {
         let fading = self.shares.iter().enumerate().take(self.n_fading()).filter(|(_, share)| is_fading(**share));
-        let middle = fading.min_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
+        let middle = fading.min_by(|a, b| (a.1 - FADING_AT).abs().total_cmp(&(b.1 - FADING_AT).abs()));
         Crossing {
             sample_idx: self.last,
-            offset: self.outwards * (self.spacing_mm / 2.0),
+            offset: self.onto_line + self.outwards * (self.spacing_mm / 2.0),
+            onto_line: self.onto_line,
             outwards: self.outwards,
             blur_along_mm: self.blur_mm(),
             fading: middle
@@ -122,8 +133,15 @@ fn is_fading(share: f64) -> bool {
 /// Fraction of the full intensity at which fading ends: one σ of the blur inside the rim.
 const FULL_FRACTION: f64 = 0.84;
 
+/// Fraction of the full intensity that locates the rim best: there a line is as high at all angles to the rim; less
+/// remains longer of a thick line that the rim cuts obliquely.
+const FADING_AT: f64 = 0.75;
+
 /// Fractions closer than this to 0 or 1 are dominated by noise.
 const FADING_FRACTION: f64 = 0.05;
+
+/// Blur by the extent of a pixel, one σ in pixels: 1/√12.
+const PIXEL_BLUR: f64 = 0.289;
 
 /// Quantile of the standard normal distribution.
 fn quantile(share: f64) -> f64 {
@@ -159,15 +177,68 @@ impl Walk<'_> {
         if run.len() < RIM_MIN_RUN_POINTS {
             return None;
         }
-        let chord = self.samples.position(run[0]) - self.samples.position(run[run.len() - 1]);
         let light = |k: usize| f64::from(self.samples.point(run[k]).intensity);
-        let further_in = RIM_FULL_LIGHT_POINTS.start.min(run.len() / 2)..run.len();
-        let full = median(&mut further_in.map(light).collect::<Vec<f64>>()).filter(|full| *full > 0.0)?;
+        let start = RIM_FULL_LIGHT_POINTS.start.min(run.len() / 2);
+        let full = median(&mut (start..run.len()).map(light).collect::<Vec<f64>>()).filter(|full| *full > 0.0)?;
+        let (near, far) = run[start..].split_at((run.len() - start) / 2);
+        let mean = |run: &[u32]| {
+            run.iter().map(|&idx| self.samples.position(idx)).sum::<Vector3<f64>>() / run.len() as f64
+        };
+        let (near, far) = (mean(near), mean(far));
+        let outwards = (near - far).try_normalize(f64::MIN_POSITIVE)?;
+        let end = self.samples.position(last);
+        let chord_mm = outwards.dot(&(end - self.samples.position(run[run.len() - 1])));
         Some(End {
             last,
-            outwards: chord.try_normalize(f64::MIN_POSITIVE)?,
-            spacing_mm: chord.norm() / (run.len() - 1) as f64,
+            outwards,
+            onto_line: near + outwards * outwards.dot(&(end - near)) - end,
+            spacing_mm: chord_mm / (run.len() - 1) as f64,
             shares: (0..run.len()).map(|k| light(k) / full).collect(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_distr::StandardNormal;
+    use rand_pcg::Pcg64Mcg;
+
+    const SPACING_MM: f64 = 0.1;
+
+    /// An end of a line whose last point lies `inside_mm` inside the rim; speckle dims or brightens every point.
+    fn end(inside_mm: f64, blur_mm: f64, contrast: f64, rng: &mut Pcg64Mcg) -> End {
+        let mut share = |k: usize| {
+            let noise: f64 = rng.sample(StandardNormal);
+            Normal::standard().cdf((inside_mm + k as f64 * SPACING_MM) / blur_mm) * (1.0 + contrast * noise)
+        };
+        End {
+            last: 0,
+            outwards: Vector3::x(),
+            onto_line: Vector3::zeros(),
+            spacing_mm: SPACING_MM,
+            shares: (0..16).map(&mut share).collect(),
+        }
+    }
+
+    #[test]
+    fn the_blur_of_many_ends_is_right_whether_sharp_or_soft() {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        for blur_mm in [0.06, 0.08, 0.12, 0.2] {
+            let ends = (0..4000).map(|_| end(SPACING_MM * rng.random::<f64>(), blur_mm, 0.1, &mut rng));
+            let mut blurs: Vec<f64> = ends.filter_map(|end| end.blur_mm()).collect();
+            let found_mm = median(&mut blurs).unwrap();
+            assert!((found_mm / blur_mm - 1.0).abs() < 0.15, "{blur_mm}: {found_mm}");
+        }
+    }
+
+    #[test]
+    fn a_rim_that_leaves_one_side_of_a_line_is_found_on_the_line() {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        let aside = Vector3::new(0.0, 0.05, 0.1);
+        let end = End { onto_line: aside, ..end(0.5 * SPACING_MM, 0.08, 0.0, &mut rng) };
+        let found = end.crossing().of_rim(&Vector3::x(), 0.08);
+        assert!((found.offset - aside - Vector3::x() * 0.5 * SPACING_MM).norm() < 1e-9, "{found:?}");
     }
 }

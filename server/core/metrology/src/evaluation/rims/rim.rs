@@ -99,13 +99,14 @@ impl PlaneAxes {
         normal.dot(&self.flat_direction(&crossing.outwards))
     }
 
-    /// Blur across the rim, one σ, mm: the same for all rims of a plane; `None` if no crossing determines it.
+    /// Blur across the rim, one σ, mm: the same for all rims of a plane; `None` if the crossings do not determine it.
     fn blur_across_mm(&self, contour: &Contour, samples: &Samples, crossings: &[Crossing]) -> Option<f64> {
         let blurs = crossings.iter().filter_map(|crossing| {
             let (_, normal) = contour.distance_and_normal(&self.place(samples, crossing));
-            Some(crossing.blur_along_mm? * self.sine(&normal, crossing).abs())
+            let sine = self.sine(&normal, crossing).abs();
+            Some(crossing.blur_along_mm? * sine).filter(|_| sine >= RIM_MIN_SINE)
         });
-        median(&mut blurs.collect::<Vec<f64>>())
+        median(&mut blurs.collect::<Vec<f64>>()).filter(|blur_mm| blur_mm.is_finite())
     }
 
     /// The crossings, located by their intensity for a rim near `contour`.
@@ -225,6 +226,13 @@ pub(crate) fn fit(
     if crossings.len() < needed {
         return Err(too_few(crossings.len()));
     }
+    // A line that ends at full intensity has left the plane before it has reached the rim: at an oblique crossing, the
+    // light left on one side of the line lies off the plane.
+    let n_faded = crossings.iter().filter(|crossing| crossing.has_faded()).count();
+    let has_faded = n_faded >= needed && n_faded as f64 >= RIM_MIN_FADED_FRACTION * n_all as f64;
+    if has_faded {
+        crossings.retain(Crossing::has_faded);
+    }
     let places: Vec<Vector2<f64>> = crossings.iter().map(flat).collect();
     let first = match shape {
         FeatureShape::Circle { .. } => contour::first_circle(&places, rng),
@@ -274,8 +282,6 @@ pub(crate) fn fit(
         contour = Contour::Line { at, angle_rad: angle_rad + std::f64::consts::PI };
     }
     let square: f64 = places.iter().map(|p| contour.distance_and_normal(p).0.powi(2)).sum();
-    let n_faded = crossings.iter().filter(|crossing| crossing.has_faded()).count();
-    let has_faded = n_faded as f64 >= RIM_MIN_FADED_FRACTION * crossings.len() as f64;
     let rim = Rim {
         plane_idx,
         contour,

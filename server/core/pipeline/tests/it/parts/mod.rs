@@ -137,4 +137,12 @@ fn campaign_of_all_characteristics_on_rendered_stations() {
     // Of twenty, fewer than 17 inside at 95 % has a probability of 0.3 %.
     let rarely: Vec<&Errors> = errors.iter().filter(|errors| errors.n_inside() < 17).collect();
     assert!(rarely.is_empty(), "{}", rarely[0]);
+    let biased = |errors: &&Errors| {
+        let of = |name: &str| errors.measure[name].as_str().unwrap_or_default();
+        let is_round = [of("of"), of("to")].iter().any(|feature| ["ball", "rod"].contains(feature));
+        let is_form = ["flatness", "parallelism", "perpendicularity", "profile"].contains(&of("type"));
+        !is_round && !is_form && errors.mean(|(error, _)| *error).abs() > errors.mean(|(_, u)| *u) / 4.0
+    };
+    let biased: Vec<&Errors> = errors.iter().filter(biased).collect();
+    assert!(biased.is_empty(), "{}", biased[0]);
 }
