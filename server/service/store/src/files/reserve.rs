@@ -44,7 +44,6 @@ impl Reserve {
 
 /// Written with data: a sparse file reserves nothing.
 fn write_zeros(path: &Path) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    let filled = io::copy(&mut io::Read::take(io::repeat(0), RESERVE_BYTES), &mut file).and_then(|_| file.flush());
+    let filled = File::create(path)?.write_all(&vec![0; RESERVE_BYTES as usize]);
     filled.inspect_err(|_| drop(fs::remove_file(path)))
 }
