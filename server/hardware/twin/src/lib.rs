@@ -5,6 +5,7 @@
 //! gives the same bytes on any machine and with any number of threads. What the images include and omit:
 //! `server/docs/maths/twin.md`. Finding lines, calibrating and measuring do not belong here.
 
+mod arithmetic;
 mod model;
 mod part;
 mod render;

@@ -163,10 +163,13 @@ fn smooth_field(seed: u64, taps: &[f32], quantiles: &[f32]) -> Vec<f32> {
     }
     let radius = taps.len() / 2;
     let mut along = vec![0.0; side * side];
+    let mut periodic: Vec<f32> = Vec::with_capacity(side + 2 * radius);
     for (row, target) in white.chunks_exact(side).zip(along.chunks_exact_mut(side)) {
+        periodic.clear();
+        periodic.extend(row[side - radius..].iter().chain(row).chain(&row[..radius]));
         for (tap, weight) in taps.iter().enumerate() {
-            for (u, slot) in target.iter_mut().enumerate() {
-                *slot += weight * row[(u + tap + side - radius) % side];
+            for (slot, value) in target.iter_mut().zip(&periodic[tap..]) {
+                *slot += weight * value;
             }
         }
     }

@@ -6,6 +6,8 @@ use capture::Target;
 use nalgebra::Vector2;
 use vision::CharucoParams;
 
+use crate::arithmetic::floor;
+
 /// The printed pattern of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Print {
@@ -74,7 +76,7 @@ impl Markers {
         let n = cells.len() as f64;
         let rim = 0.5 * (1.0 - self.fraction);
         let overlaps = [0, 1].map(|axis| {
-            let middle = ((at[axis] - at[axis].floor()) - rim) / self.fraction * n;
+            let middle = ((at[axis] - floor(at[axis])) - rim) / self.fraction * n;
             overlaps(middle, span[axis] / self.fraction * n)
         });
         let black = |x: f64, y: f64| {
@@ -91,15 +93,15 @@ impl Markers {
         let rim = 0.5 * (1.0 - self.fraction);
         self.marker_at(at).is_some()
             && (0..2).all(|axis| {
-                let within = at[axis] - at[axis].floor();
+                let within = at[axis] - floor(at[axis]);
                 (rim - margin[axis]..=1.0 - rim + margin[axis]).contains(&within)
             })
     }
 
     /// The cells of the marker in the square at a point.
     fn marker_at(&self, at: &Vector2<f64>) -> Option<&Vec<Vec<bool>>> {
-        let (column, row) = (at.x.floor(), at.y.floor());
-        let is_white = (column + row).rem_euclid(2.0) > 0.5;
+        let (column, row) = (floor(at.x), floor(at.y));
+        let is_white = column + row - 2.0 * floor((column + row) / 2.0) > 0.5;
         if !is_white || column < 0.0 || row < 0.0 || column >= self.columns as f64 {
             return None;
         }
@@ -111,7 +113,7 @@ impl Markers {
 /// The cells overlapped by an interval no longer than one, each with its fraction of the interval.
 fn overlaps(middle: f64, length: f64) -> [(f64, f64); 2] {
     let (low, high) = (middle - length / 2.0, middle + length / 2.0);
-    let (first, last) = (low.floor(), high.floor());
+    let (first, last) = (floor(low), floor(high));
     if first == last {
         return [(first, 1.0), (last, 0.0)];
     }

@@ -5,8 +5,8 @@ use std::array::from_fn;
 use nalgebra::{Matrix3, Vector3};
 use optics::Grating;
 
+use crate::arithmetic::floor;
 use crate::part::scene::Ball;
-use crate::render::view::block::floor;
 
 /// Margin on either side of a band, in cells: more than the deviation of a light path from its sheet.
 const BAND_SLACK_CELLS: f64 = 0.25;

@@ -1,11 +1,14 @@
 //! Ambient light on a scene: the target at normal exposure, or the ambient contribution to a laser image.
 
+use std::array::from_fn;
+
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::params::{
     BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, MAP_STEP_PX, VIGNETTING, WHITE_REFLECTANCE,
 };
 use crate::part::board::Board;
+use crate::part::pattern::Averages;
 use crate::part::scene::Scene;
 use crate::render::renderer::Renderer;
 use crate::render::view::laser_image::Placed;
@@ -80,26 +83,26 @@ fn visible_reflectance(renderer: &Renderer, board: Option<&Board>, hits: &PixelH
 fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> f64 {
     let Some((ray_length, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
     if !board.edge_within(&at, &widest_pixel_mm(renderer, board, ray, ray_length)) {
-        return mixed_reflectance(board, &at, &Vector2::repeat(f64::MIN_POSITIVE));
+        return mixed_reflectance(board, &[at], &Vector2::repeat(f64::MIN_POSITIVE));
     }
     let Some(per_pixel) = board_per_pixel(renderer, board, ray) else { return BACKDROP_REFLECTANCE };
     let span = Vector2::new(per_pixel.row(0).abs().sum(), per_pixel.row(1).abs().sum());
     if !board.edge_within(&at, &span) {
-        return mixed_reflectance(board, &at, &span);
+        return mixed_reflectance(board, &[at], &span);
     }
     let n = EDGE_SAMPLES as f64;
     let offset = |idx: usize| (idx as f64 + 0.5) / n - 0.5;
-    let samples = (0..EDGE_SAMPLES * EDGE_SAMPLES).map(|idx| {
-        let step = per_pixel * Vector2::new(offset(idx % EDGE_SAMPLES), offset(idx / EDGE_SAMPLES));
-        mixed_reflectance(board, &(at + step), &(span / n))
-    });
-    samples.sum::<f64>() / (n * n)
+    let samples: [Vector2<f64>; EDGE_SAMPLES * EDGE_SAMPLES] =
+        from_fn(|idx| at + per_pixel * Vector2::new(offset(idx % EDGE_SAMPLES), offset(idx / EDGE_SAMPLES)));
+    mixed_reflectance(board, &samples, &(span / n))
 }
 
-/// Reflectance of the board and of the backdrop beside it, weighted by their fractions of a small area.
-fn mixed_reflectance(board: &Board, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
-    let (reflectance, fraction) = board.blurred_reflectance(at, span);
-    BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * fraction
+/// Mean reflectance of the board and of the backdrop beside it over small areas, weighted by their fractions.
+fn mixed_reflectance<const N: usize>(board: &Board, at: &[Vector2<f64>; N], span: &Vector2<f64>) -> f64 {
+    let Averages { reflectance, board } = board.averages(at, span);
+    let mixed = reflectance.iter().zip(&board);
+    mixed.map(|(one, fraction)| BACKDROP_REFLECTANCE + (one - BACKDROP_REFLECTANCE) * fraction).sum::<f64>()
+        / N as f64
 }
 
 /// Upper bound of a pixel's extent on the board, along x and y: avoids the exact span for most pixels.

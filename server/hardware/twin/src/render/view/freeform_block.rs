@@ -3,9 +3,10 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use crate::arithmetic::exp;
 use crate::params::PART_REFLECTANCE;
 use crate::part::freeform::{Freeform, Hill};
-use crate::render::view::block::{Block, NOTHING, exp};
+use crate::render::view::block::{Block, NOTHING};
 use crate::render::view::lit_pixels::WORD_PX;
 use crate::render::view::pixel_hits::PixelHits;
 

@@ -10,13 +10,14 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 use optics::{Grating, Stage};
 
+use crate::arithmetic::exp;
 use crate::model::station::{StationModel, defocus};
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::part::scene::{Ball, Scene, SceneHit};
 use crate::render::light::sheet_map::SheetBlock;
 use crate::render::renderer::Renderer;
 use crate::render::sensor::FULL_SCALE;
-use crate::render::view::block::{Block, NOTHING, exp};
+use crate::render::view::block::{Block, NOTHING};
 use crate::render::view::lit_pixels::LitPixels;
 use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
 

@@ -1,7 +1,7 @@
 //! Set of the pixels that light can reach: a bit per pixel, so that the rest of an image costs nothing.
 
+use crate::arithmetic::{ceil, floor};
 use crate::params::PSF_RADIUS_PX;
-use crate::render::view::block::{ceil, floor};
 
 /// Pixels per word of a row.
 pub(crate) const WORD_PX: usize = 64;

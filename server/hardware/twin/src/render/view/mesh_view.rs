@@ -5,11 +5,12 @@ use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
 use optics::Camera;
 
+use crate::arithmetic::{ceil, floor};
 use crate::params::MAP_STEP_PX;
 use crate::part::mesh::{Mesh, SEAM};
 use crate::part::mesh_corners::PlacedCorners;
 use crate::render::renderer::Renderer;
-use crate::render::view::block::{Block, NOTHING, ceil, floor};
+use crate::render::view::block::{Block, NOTHING};
 use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
 use crate::render::view::pixel_hits::PixelHits;
 

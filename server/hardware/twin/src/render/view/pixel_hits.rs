@@ -3,6 +3,7 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use crate::arithmetic::floor;
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::part::board::Board;
 use crate::part::mesh_corners::PlacedCorners;
@@ -11,7 +12,7 @@ use crate::part::scene::{Ball, Plate, Scene};
 use crate::render::light::trace::trace;
 use crate::render::renderer::Renderer;
 use crate::render::view::ball_block::{cast_ball, rays_near, shadow_rays_near, shadow_rays_past_ball};
-use crate::render::view::block::{Block, NOTHING, floor};
+use crate::render::view::block::{Block, NOTHING};
 use crate::render::view::freeform_block::Above;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::{LitPixels, lanes};
