@@ -1,6 +1,8 @@
 //! A part that turns through 360° under a camera with a known axis: labels, points and closure compared with its true
 //! surface. The lines are modelled with white noise; the extraction of lines is not covered.
 
+use std::sync::LazyLock;
+
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, RotaryAxis, StageAxis, StagePosition};
 use remedy::Remedy as _;
@@ -33,9 +35,12 @@ fn radius_mm(turn_rad: f64, height_mm: f64) -> f64 {
 
 /// Azimuth, height and radius of a point of the part frame.
 pub(crate) fn about_axis(at: &Vector3<f64>) -> (f64, f64, f64) {
-    let (first, second) = optics::rotation::completing_frame(&axis().direction);
-    let from_axis = at - axis().point_mm;
-    let [x, y, height] = [first, second, axis().direction].map(|way| way.dot(&from_axis));
+    static FRAME: LazyLock<(Vector3<f64>, [Vector3<f64>; 3])> = LazyLock::new(|| {
+        let (first, second) = optics::rotation::completing_frame(&axis().direction);
+        (axis().point_mm, [first, second, axis().direction])
+    });
+    let from_axis = at - FRAME.0;
+    let [x, y, height] = FRAME.1.map(|way| way.dot(&from_axis));
     (y.atan2(x), height, x.hypot(y))
 }
 
