@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use calibration::CalibrationDocument;
 use calibration::document::{
-    AxisSummary, AxisText, CameraSummary, LightSummary, LineSummary, StageSummary, StageText,
+    AxisSummary, AxisText, CameraSummary, LightSummary, LineSummary, StageSummary, StageText, TravelText,
 };
 
 use super::administrative::software;
@@ -34,7 +34,7 @@ pub fn results(document: &CalibrationDocument) -> Element {
         Some(camera(document, &report.camera)),
         report.light.as_ref().map(|light| light_sheets(document, light)),
         document.calibration.stage.as_ref().map(|stage| match stage {
-            StageText::Linear(travel) => linear_stage(document, travel.direction_mm_per_mm, report.stage.as_ref()),
+            StageText::Linear(travel) => linear_stage(document, travel, report.stage.as_ref()),
             StageText::Rotary(axis) => turntable(document, axis, report.axis.as_ref()),
         }),
     ];
@@ -183,11 +183,11 @@ fn rms_by_order(lines: &[LineSummary]) -> Vec<(String, f64)> {
         .collect()
 }
 
-fn linear_stage(document: &CalibrationDocument, direction: [f64; 3], summary: Option<&StageSummary>) -> Element {
+fn linear_stage(document: &CalibrationDocument, travel: &TravelText, summary: Option<&StageSummary>) -> Element {
     let sigma = summary.map_or([0.0; 3], |summary| summary.sigma);
     let component = |axis: usize| {
         let name = format!("Travel per nominal travel along {} of the camera", ["x", "y", "z"][axis]);
-        uncertain(&name, Unit::One, direction[axis], sigma[axis])
+        uncertain(&name, Unit::One, travel.direction_mm_per_mm[axis], sigma[axis])
     };
     let mut results = vec![result("Direction of travel", (0..3).map(component))];
     if let Some(summary) = summary {
@@ -200,6 +200,15 @@ fn linear_stage(document: &CalibrationDocument, direction: [f64; 3], summary: Op
             "Straightness",
             [plain("Deviation across the travel, RMS", Unit::Micrometre, summary.straightness_rms_um)],
         ));
+    }
+    if let Some(tilt) = &travel.tilt {
+        let sigma = |(sigma_rad, which): (&[f64; 3], &str)| {
+            let name = format!("Rotation about the {which} principal axis, standard deviation");
+            let [x, y, z] = sigma_rad;
+            plain(&name, Unit::Degree, x.hypot(*y).hypot(*z).to_degrees())
+        };
+        let axes = tilt.sigmas_rad.iter().zip(["first", "second", "third"]);
+        results.push(result("Tilt of the carriage along the travel", axes.map(sigma)));
     }
     let method = match summary {
         Some(_) => TRAVEL,

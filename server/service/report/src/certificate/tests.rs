@@ -75,7 +75,9 @@ fn document() -> Value {
             "cy_px": 239.5, "k1": -0.123_456, "k2": 0.01, "p1": 0.0, "p2": 0.0, "k3": 0.0 },
         "orders": [1, -1],
         "light": { "model": "planes", "planes": [] },
-        "stage": { "direction_mm_per_mm": [0.001, 0.999, 0.01] },
+        "stage": { "direction_mm_per_mm": [0.001, 0.999, 0.01],
+            "tilt": { "sigmas_rad": [[0.0, 3e-4, 4e-4], [1e-4, 0.0, 0.0], [0.0, 0.0, 0.0]], "centre_mm": [0.0, 0.0, 300.0],
+                "first_mm": -20.0, "last_mm": 20.0, "n_nodes": 3 } },
         "depth_range": { "near_mm": 250.0, "far_mm": 400.0 },
         "covariance": { "parameters": [], "matrix": [] },
         "software": { "name": "sheaf", "version": "0.0.9" },
@@ -222,6 +224,8 @@ fn results_have_units_and_expanded_uncertainties_with_k_2() {
         ("Wavelength over grating period", "0.32500", "0.00020"),
         ("Travel per nominal travel", "0.99905", "0.00020"),
         ("Deviation across the travel, RMS", "4.20000", ""),
+        ("Rotation about the first principal axis, standard deviation", "0.0286479", ""),
+        ("Rotation about the second principal axis, standard deviation", "0.00572958", ""),
         ("Error of the depth on boards left out of the fit, RMS of points", "20.0000", ""),
     ] {
         assert_eq!(value_of(&xml, name), [value, expanded], "{name}");
