@@ -1,12 +1,11 @@
 //! `cargo xtask test`: all checks, in parallel where they need no common resource, and a list of what was not run.
 
 use std::collections::BTreeSet;
-use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_folder, title};
+use crate::command::{Outcome, cargo, run, run_line_by_line, say, side_by_side, succeeds, target_folder};
 use crate::docker_check::{docker_check, ensure_station_base};
 use crate::linted::{as_linted, document, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
@@ -145,23 +144,14 @@ fn run_tests(
 }
 
 /// Runs tests, prints what they print, and returns the lines that say how many passed.
-fn run_and_quote(mut command: Command) -> Outcome<Vec<String>> {
-    title("tests", &command);
-    // Both output streams share one pipe, so that their lines stay in order.
-    let (reader, writer) = std::io::pipe()?;
-    command.stdout(writer.try_clone()?).stderr(writer);
-    let mut child = command.spawn()?;
-    drop(command);
-    let mut closing: Vec<String> = Vec::new();
-    for line in BufReader::new(reader).lines() {
-        let line = line?;
-        say(&line);
+fn run_and_quote(command: Command) -> Outcome<Vec<String>> {
+    let mut closing = Vec::new();
+    run_line_by_line("tests", command, |line| {
         if line.contains("Summary") || line.contains("test result:") {
-            closing.push(line);
+            closing.push(line.to_owned());
         }
-    }
-    let status = child.wait()?;
-    if status.success() { Ok(closing) } else { Err(format!("tests failed: {status}").into()) }
+    })?;
+    Ok(closing)
 }
 
 /// The empty file in which tests without their data or their Python record their names.

@@ -1,7 +1,7 @@
 //! Child processes and their folders.
 
 use std::cell::RefCell;
-use std::io::Write as _;
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -31,7 +31,17 @@ pub fn target_folder() -> PathBuf {
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new("cargo");
     command.args(arguments).current_dir(workspace());
+    without_own_package(&mut command);
     command
+}
+
+/// Removes what cargo has told this program of its package: build scripts that read it (that of ring) would run again
+/// whenever cargo is called without this program, and all that depends on them would be compiled again.
+pub fn without_own_package(command: &mut Command) {
+    let of_package = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
+    for (name, _) in std::env::vars_os().filter(|(name, _)| of_package(&name.to_string_lossy())) {
+        command.env_remove(name);
+    }
 }
 
 /// Runs a command with its output on this terminal; in parallel with others ([`side_by_side`]) the output is printed at
@@ -40,6 +50,23 @@ pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
     let status = if CAPTURED.with_borrow(Option::is_some) { run_captured(command) } else { command.status() };
     let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
+}
+
+/// Runs a command, prints its lines and passes them to `each` (both streams, in order), until it and all processes that it
+/// has started have closed them.
+pub fn run_line_by_line(name: &str, mut command: Command, mut each: impl FnMut(&str)) -> Outcome {
+    title(name, &command);
+    let (reader, writer) = std::io::pipe()?;
+    let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
+    // The command holds the other end of the pipe as well; otherwise reading would never end.
+    drop(command);
+    for line in BufReader::new(reader).lines() {
+        let line = line?;
+        say(&line);
+        each(&line);
+    }
+    let status = child.wait()?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 

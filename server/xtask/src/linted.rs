@@ -2,16 +2,29 @@
 //!
 //! `cargo clippy` and `cargo doc` each read metadata of all dependencies that only `cargo check` makes, so every
 //! library would be compiled twice, which is a third of a cold run. Clippy is a compiler, though: as the workspace's
-//! wrapper it builds what it reads. And `cargo test --doc` calls rustdoc with the libraries that were built.
+//! wrapper it builds what it reads. And `cargo test --doc` calls rustdoc with the libraries that were built, for one
+//! library after the other; here each call starts a process of its own, so that all processors are used.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::time::Duration;
 
-use crate::command::{Outcome, cargo, run, target_folder, workspace};
+use crate::command::{Outcome, cargo, run_line_by_line, target_folder, without_own_package, workspace};
 
 /// Names the folder of the documentation to this program when cargo calls it in rustdoc's place.
 const DOCUMENTED_INTO: &str = "SHEAF_DOCUMENTED_INTO";
+
+/// Set for the processes that [`as_rustdoc`] starts.
+const BESIDE_OTHERS: &str = "SHEAF_DOCUMENTED_BESIDE_OTHERS";
+
+/// What is printed of a library when its documentation is requested, and when that and its examples have succeeded.
+const WORDS: [&str; 2] = ["── to be documented: ", "── documented: "];
+
+/// Between two attempts to be the next to document a library.
+const NEXT_TRY: Duration = Duration::from_millis(20);
 
 /// Arguments of `rustdoc --test` that have no meaning without it, with the number of values after them.
 const OF_TESTS: [(&str, usize); 6] = [
@@ -31,6 +44,7 @@ pub fn linted(arguments: &[&str]) -> Command {
 /// The same for a command that calls cargo.
 pub fn as_linted(mut command: Command) -> Command {
     command.current_dir(workspace());
+    without_own_package(&mut command);
     // How `cargo clippy` passes arguments to the driver.
     command.env("CLIPPY_ARGS", "-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__");
     command.env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
@@ -47,17 +61,74 @@ pub fn stand_in() -> Outcome<PathBuf> {
 /// Documents all libraries, where a broken link is an error, and runs the examples in them.
 pub fn document(features: &[&str], stand_in: &Path) -> Outcome {
     let mut command = linted(&["test", "--workspace", "--doc", "--quiet"]);
-    command.args(features).env("RUSTDOC", stand_in);
-    run("documentation", command.env(DOCUMENTED_INTO, target_folder().join("doc")))
+    command.args(features).env("RUSTDOC", stand_in).env(DOCUMENTED_INTO, target_folder().join("doc"));
+    let mut lines = Vec::new();
+    run_line_by_line("documentation", command, |line| lines.push(line.to_owned()))?;
+    let missing = undocumented(&lines);
+    if missing.is_empty() { Ok(()) } else { Err(format!("documentation failed: {}", missing.join(", ")).into()) }
 }
 
-/// Acts for rustdoc when [`document`] calls: documents the crate, then runs its examples. `None` otherwise.
+/// The libraries whose documentation was requested and that did not report its success: also those whose process was
+/// killed.
+fn undocumented(lines: &[String]) -> Vec<&str> {
+    let [requested, documented] = WORDS.map(|words| {
+        let libraries = lines.iter().filter_map(|line| Some(line.split_once(words)?.1));
+        libraries.collect::<BTreeSet<&str>>()
+    });
+    requested.difference(&documented).copied().collect()
+}
+
+/// Acts for rustdoc when [`document`] calls: documents the crate, then runs its examples, in a process of its own.
+/// `None` otherwise.
 pub fn as_rustdoc() -> Option<ExitCode> {
-    let folder = PathBuf::from(std::env::var_os(DOCUMENTED_INTO)?);
+    let documentation = PathBuf::from(std::env::var_os(DOCUMENTED_INTO)?);
     let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
-    let is_test = arguments.iter().any(|argument| argument == "--test");
-    let succeeded = (!is_test || rustdoc(&documenting(&arguments, &folder))) && rustdoc(&arguments);
+    let library = library(&arguments);
+    // In a common folder each library would rewrite the search index of all.
+    let folder = documentation.join(&library);
+    let [requested, documented] = WORDS.map(|words| format!("{words}{library}"));
+    let succeeded = if !arguments.iter().any(|argument| argument == "--test") {
+        rustdoc(&arguments)
+    } else if std::env::var_os(BESIDE_OTHERS).is_none() {
+        println!("{requested}");
+        started_beside_others(&arguments)
+    } else {
+        let _turn = turn();
+        let succeeded = rustdoc(&documenting(&arguments, &folder)) && rustdoc(&arguments);
+        if succeeded {
+            println!("{documented}");
+        }
+        succeeded
+    };
     Some(if succeeded { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The name of the library that rustdoc is called for.
+fn library(arguments: &[OsString]) -> String {
+    let name = arguments.iter().skip_while(|argument| *argument != "--crate-name").nth(1);
+    name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Starts this program again with the same arguments; returns whether it could be started. It is not waited for: `document`
+/// reads its output to the end.
+fn started_beside_others(arguments: &[OsString]) -> bool {
+    let started =
+        std::env::current_exe().and_then(|own| Command::new(own).args(arguments).env(BESIDE_OTHERS, "1").spawn());
+    started.is_ok()
+}
+
+/// Waits until fewer libraries are being documented than there are processors; the file is held meanwhile.
+fn turn() -> std::io::Result<File> {
+    let n_processors = std::thread::available_parallelism().map_or(1, usize::from);
+    loop {
+        for idx in 0..n_processors {
+            let file = File::create(target_folder().join(format!("documenting-{idx}")))?;
+            if file.try_lock().is_ok() {
+                return Ok(file);
+            }
+        }
+        std::thread::sleep(NEXT_TRY);
+    }
 }
 
 fn rustdoc(arguments: &[OsString]) -> bool {
@@ -85,6 +156,15 @@ fn documenting(arguments: &[OsString], folder: &Path) -> Vec<OsString> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_library_that_does_not_report_success_is_named() {
+        let lines =
+            ["to be documented: stl", "to be documented: app", "error: unresolved link", "documented: app"];
+        let lines: Vec<String> = lines.iter().map(|line| format!("── {line}")).collect();
+        assert_eq!(undocumented(&lines), ["stl"]);
+        assert_eq!(undocumented(&lines[1..]), [""; 0]);
+    }
 
     #[test]
     fn test_only_arguments_are_removed() {
