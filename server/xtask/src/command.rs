@@ -35,8 +35,9 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
-/// Removes what cargo has told this program of its package: build scripts that read it (that of ring) would run again
-/// whenever cargo is called without this program, and all that depends on them would be compiled again.
+/// Removes the environment variables in which cargo describes xtask's own package. Build scripts that depend on them
+/// (ring's) would otherwise run again whenever cargo is called directly, and everything that depends on ring would be
+/// compiled again.
 pub fn without_own_package(command: &mut Command) {
     let of_package = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
     for (name, _) in std::env::vars_os().filter(|(name, _)| of_package(&name.to_string_lossy())) {
@@ -48,25 +49,16 @@ pub fn without_own_package(command: &mut Command) {
 /// the end.
 pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
-    let status = if CAPTURED.with_borrow(Option::is_some) { run_captured(command) } else { command.status() };
+    let status = if CAPTURED.with_borrow(Option::is_some) { printed(command, |_| {}) } else { command.status() };
     let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 
 /// Runs a command, prints its lines and passes them to `each` (both streams, in order), until it and all processes that it
 /// has started have closed them.
-pub fn run_line_by_line(name: &str, mut command: Command, mut each: impl FnMut(&str)) -> Outcome {
+pub fn run_line_by_line(name: &str, mut command: Command, each: impl FnMut(&str)) -> Outcome {
     title(name, &command);
-    let (reader, writer) = std::io::pipe()?;
-    let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
-    // The command holds the other end of the pipe as well; otherwise reading would never end.
-    drop(command);
-    for line in BufReader::new(reader).lines() {
-        let line = line?;
-        say(&line);
-        each(&line);
-    }
-    let status = child.wait()?;
+    let status = printed(&mut command, each)?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 
@@ -110,15 +102,18 @@ pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Ou
     })
 }
 
-/// Runs a command with its output captured, both streams in order.
-fn run_captured(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
-    let (mut reader, writer) = std::io::pipe()?;
+/// Runs a command and passes each line, of both streams in order, to [`say`] and `each`.
+fn printed(command: &mut Command, mut each: impl FnMut(&str)) -> std::io::Result<std::process::ExitStatus> {
+    let (reader, writer) = std::io::pipe()?;
     let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
     // The command holds the other end of the pipe as well; otherwise reading would never end.
     command.stdout(Stdio::null()).stderr(Stdio::null());
-    let mut output = Vec::new();
-    std::io::Read::read_to_end(&mut reader, &mut output)?;
-    CAPTURED.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
+    for line in BufReader::new(reader).split(b'\n') {
+        let line = line?;
+        let line = String::from_utf8_lossy(&line);
+        say(&line);
+        each(&line);
+    }
     child.wait()
 }
 

@@ -93,8 +93,8 @@ pub fn as_rustdoc() -> Option<ExitCode> {
         println!("{requested}");
         started_beside_others(&arguments)
     } else {
-        let _turn = turn();
-        let succeeded = rustdoc(&documenting(&arguments, &folder)) && rustdoc(&arguments);
+        let turn = turn();
+        let succeeded = turn.is_ok() && rustdoc(&documenting(&arguments, &folder)) && rustdoc(&arguments);
         if succeeded {
             println!("{documented}");
         }
