@@ -46,6 +46,9 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
     }
 }
 
+/// Reason for the rejection of a motion while the motor is without current.
+pub const DRIVER_OFF: &str = "DRIVERDISABLED";
+
 /// Meaning of a reason after `RJ`.
 pub fn reason_meaning(reason: &str) -> &'static str {
     match reason {
@@ -56,7 +59,7 @@ pub fn reason_meaning(reason: &str) -> &'static str {
         "BADMESSAGE" => "the line was received damaged",
         "BADSPACE" => "an unknown group or space",
         "DEVICEONLY" => "a command for the device, not for an axis",
-        "DRIVERDISABLED" => "its motor driver is switched off",
+        DRIVER_OFF => "its motor driver is switched off",
         "FULL" => "its buffer is full",
         "INACTIVE" => "the axis is not active",
         "LOCKSTEPAXES" => "the axis moves in lockstep with another",

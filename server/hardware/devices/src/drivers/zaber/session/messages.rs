@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::{Activity, CommandKind, LastReport, Link, Pending, Session, Travel};
 use crate::StageError;
 use crate::drivers::progress::Progress;
-use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
+use crate::drivers::zaber::meanings::{DRIVER_OFF, Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
 use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS};
@@ -71,7 +71,7 @@ impl Session {
                 if *accepted {
                     self.answered(&pending, &message.text, status, began_at, now);
                 } else {
-                    self.rejected(pending, &message.text);
+                    self.rejected(pending, &message.text, status, now);
                 }
             }
         }
@@ -114,7 +114,7 @@ impl Session {
         }
     }
 
-    fn rejected(&mut self, pending: Pending, reason: &str) {
+    fn rejected(&mut self, pending: Pending, reason: &str, status: &Status, now: Instant) {
         if matches!(pending.what, CommandKind::Move | CommandKind::Home) {
             self.activity = Activity::Rest;
         }
@@ -124,8 +124,19 @@ impl Session {
         if reason == "BADMESSAGE" && matches!(pending.what, CommandKind::Position | CommandKind::Serial) {
             return;
         }
-        let meaning = reason_meaning(reason).to_owned();
-        let refusal = StageError::Rejected { command: pending.text, reason: shortened(reason), meaning };
+        let refusal = match flag_meaning(&status.flag) {
+            // The flag says why the driver is off.
+            (Severity::Fault, meaning) if reason == DRIVER_OFF => {
+                let fault = StageError::Warned { flag: status.flag.clone(), meaning: meaning.to_owned() };
+                self.raise(fault.clone(), now);
+                fault
+            }
+            _ => StageError::Rejected {
+                command: pending.text,
+                reason: shortened(reason),
+                meaning: reason_meaning(reason).to_owned(),
+            },
+        };
         if self.waited_for == Some(pending.ticket) {
             self.refusal = Some(refusal);
         } else if self.fault.is_none() {
