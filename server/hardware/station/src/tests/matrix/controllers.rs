@@ -89,6 +89,7 @@ impl<C: Controller> ControllerBench<C> {
     }
 
     fn home(&self) {
+        self.bench.wait_for("opened", |status| ["not homed", "ready"].contains(&status.activity.as_str()));
         self.bench.manual(Manual::Home).unwrap();
         self.bench.wait_for("ready", |status| status.activity == "ready");
     }

@@ -8,7 +8,7 @@ use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::marlin_simulator::{Event, MarlinFirmware, SimulatorConfig};
 use devices::simulator::Simulator;
 
-use super::cell::Reaction::{self, Reported};
+use super::cell::Reaction::{self, Reported, ReportedEither};
 use super::cell::{Scenario, cells};
 use super::controllers::InjectedFault::{self, Garbage, OtherDevice, Silence, Specific, Unplugged};
 use super::controllers::{Controller, cell};
@@ -49,6 +49,9 @@ impl Controller for Marlin {
 }
 
 const NO_RESPONSE: Reaction = Reported("stage", "no_response");
+/// A calibration keeps switching the laser off: without an answer to `M5` the driver halts the controller, which happens
+/// before the silence is reported.
+const NO_RESPONSE_OR_HALTED: Reaction = ReportedEither("stage", ["no_response", "disconnected"]);
 const ENDSTOP: Reaction = Reported("stage", "alarm");
 const DISCONNECTED: Reaction = Reported("stage", "disconnected");
 const RESTARTED: Reaction = Reported("stage", "restarted");
@@ -57,10 +60,12 @@ const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { marlin;
     silence: Silence =>
-        absent: NO_RESPONSE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE,
+        absent: NO_RESPONSE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE,
+        calibrating: NO_RESPONSE_OR_HALTED,
         jogging: NO_RESPONSE, homing: NO_RESPONSE;
     garbage: Garbage =>
-        absent: WRONG_DEVICE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE, calibrating: NO_RESPONSE,
+        absent: WRONG_DEVICE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE,
+        calibrating: NO_RESPONSE_OR_HALTED,
         jogging: NO_RESPONSE, homing: NO_RESPONSE;
     endstop: Specific(Event::EndstopHit) =>
         scanning: ENDSTOP, calibrating: ENDSTOP, jogging: ENDSTOP;
