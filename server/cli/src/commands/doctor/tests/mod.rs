@@ -208,6 +208,10 @@ fn high_gain_fails_the_noise_check() {
     assert!(failed.contains(&"dark noise"), "{}", check::table(&checks));
 }
 
+/// Most good pixels of a dark frame that noise makes hot: 0.3 of 81,920 on average, and five once in 40,000 dark frames.
+/// Which frames are averaged depends on the load of this machine.
+const GOOD_PIXELS_REPORTED: f64 = 4.0;
+
 #[test]
 fn sensor_defects_are_counted_with_the_lens_covered() {
     let bench = bench(CameraFaults::default());
@@ -217,11 +221,12 @@ fn sensor_defects_are_counted_with_the_lens_covered() {
     };
     bench.control.set_fault(TwinFault::LensCovered);
     let good = defects();
-    assert!(good.outcome == Outcome::Ok && good.value == Some(0.0), "{good:?}");
+    assert!(good.outcome == Outcome::Ok && good.value.unwrap() <= GOOD_PIXELS_REPORTED, "{good:?}");
     bench.control.set_fault(TwinFault::SensorDefects { levels: 6.0 });
     let bad = defects();
     // One pixel in two thousand of 320 × 256, some of them drawn twice.
-    assert!(bad.outcome == Outcome::NotOk && (37.0..=40.0).contains(&bad.value.unwrap()), "{bad:?}");
+    let expected = 37.0..=40.0 + GOOD_PIXELS_REPORTED;
+    assert!(bad.outcome == Outcome::NotOk && expected.contains(&bad.value.unwrap()), "{bad:?}");
 }
 
 #[test]
