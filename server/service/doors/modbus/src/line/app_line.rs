@@ -8,7 +8,7 @@ use app::doors::EventRecord;
 use app::error::{AppError, ErrorKind};
 use app::inspections::InspectedPart;
 use app::principal::Principal;
-use app::recipes::{RecipeRef, found};
+use app::recipes::{AllowedRecipes, RecipeRef};
 use app::use_cases;
 use async_trait::async_trait;
 
@@ -29,28 +29,23 @@ pub struct AppLine {
     app: App,
     /// Name of the door, in whose name everything is done.
     door: String,
-    /// Recipes that may be triggered; all if empty.
-    recipes: Vec<String>,
+    recipes: AllowedRecipes,
 }
 
 impl AppLine {
     /// For the door of this name.
     pub fn new(app: App, door: &str, recipes: &[String]) -> Self {
-        Self { app, door: door.to_owned(), recipes: recipes.to_vec() }
+        Self { app, door: door.to_owned(), recipes: AllowedRecipes::new(recipes) }
     }
 
     fn principal(&self, source: &str) -> Principal {
         Principal::local(&self.door, source, None)
     }
 
-    /// The newest version of a recipe that this door uses.
+    /// The version for inspecting a part.
     async fn recipe(&self, number: Option<u32>, serial: &str) -> Result<RecipeRef, AckCode> {
         let number = number.map(|number| RecipeRef::Number(number.into()));
-        let version = found(&self.app.catalogue, number.as_ref(), serial).await.map_err(|error| code(&error))?;
-        if !self.recipes.is_empty() && !self.recipes.contains(&version.id) {
-            return Err(AckCode::NoRecipe);
-        }
-        Ok(RecipeRef::Id { id: version.id, version: Some(version.version) })
+        self.recipes.found(&self.app.catalogue, number.as_ref(), serial).await.map_err(|error| code(&error))
     }
 }
 

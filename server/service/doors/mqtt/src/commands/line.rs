@@ -4,7 +4,7 @@ use app::App;
 use app::doors::{Change, IdempotencyRecord, now_ms};
 use app::error::{AppError, ErrorKind};
 use app::principal::Principal;
-use app::recipes::{RecipeRef, found};
+use app::recipes::AllowedRecipes;
 use app::{hash_hex, use_cases};
 use async_trait::async_trait;
 use serde_json::json;
@@ -38,14 +38,13 @@ pub struct AppLine {
     app: App,
     /// Name of the door, in whose name everything is done.
     door: String,
-    /// Recipes that may be used; all if empty.
-    recipes: Vec<String>,
+    recipes: AllowedRecipes,
 }
 
 impl AppLine {
     /// For the door of this name.
     pub fn new(app: App, door: &str, recipes: &[String]) -> Self {
-        Self { app, door: door.to_owned(), recipes: recipes.to_vec() }
+        Self { app, door: door.to_owned(), recipes: AllowedRecipes::new(recipes) }
     }
 
     fn principal(&self, id: &str) -> Principal {
@@ -58,17 +57,6 @@ impl AppLine {
 
     async fn stored(&self, id: &str) -> Result<Option<IdempotencyRecord>, AppError> {
         Ok(self.app.catalogue.read().idempotency(&self.key(id)).await?)
-    }
-
-    /// The newest version of a recipe that this door uses.
-    async fn recipe(&self, inspect: &Inspect) -> Result<RecipeRef, AppError> {
-        let version = found(&self.app.catalogue, inspect.recipe.as_ref(), &inspect.part.serial).await?;
-        if !self.recipes.is_empty() && !self.recipes.contains(&version.id) {
-            return Err(AppError::new(ErrorKind::Impossible, format!("this door does not use {}", version.id))
-                .remedy("add the recipe to the setting recipes of the door")
-                .at("/recipe"));
-        }
-        Ok(RecipeRef::Id { id: version.id, version: Some(version.version) })
     }
 }
 
@@ -85,7 +73,8 @@ impl Line for AppLine {
             let job_id = earlier.answer["job_id"].as_str().unwrap_or_default().to_owned();
             return Ok(Started { job_id, is_repeated: true });
         }
-        let recipe = self.recipe(inspect).await?;
+        let recipe =
+            self.recipes.found(&self.app.catalogue, inspect.recipe.as_ref(), &inspect.part.serial).await?;
         let (app, by, part, key) = (self.app.clone(), self.principal(id), inspect.part.clone(), self.key(id));
         // Runs to completion when the door is closed meanwhile.
         let started = self.app.tasks.spawn(async move {

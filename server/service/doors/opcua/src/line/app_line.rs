@@ -5,7 +5,7 @@ use app::doors::{InspectionFilter, InspectionMessage, Page, RecipeFilter};
 use app::error::{AppError, ErrorKind};
 use app::inspections::InspectedPart;
 use app::principal::Principal;
-use app::recipes::{RecipeRef, found, stored_version};
+use app::recipes::{AllowedRecipes, RecipeRef, stored_version};
 use app::use_cases::{self, TakeControl};
 use async_trait::async_trait;
 
@@ -20,22 +20,17 @@ pub struct AppLine {
     app: App,
     /// Name of the door, in whose name everything is done.
     door: String,
-    /// Recipes that may be used; all if empty.
-    recipes: Vec<String>,
+    recipes: AllowedRecipes,
 }
 
 impl AppLine {
     /// For the door of this name.
     pub fn new(app: App, door: &str, recipes: &[String]) -> Self {
-        Self { app, door: door.to_owned(), recipes: recipes.to_vec() }
+        Self { app, door: door.to_owned(), recipes: AllowedRecipes::new(recipes) }
     }
 
     fn principal(&self, user: &str) -> Principal {
         Principal::local(&self.door, &format!("OPC UA user {user}"), None)
-    }
-
-    fn uses(&self, recipe: &str) -> bool {
-        self.recipes.is_empty() || self.recipes.iter().any(|one| one == recipe)
     }
 
     /// The version for an inspection.
@@ -44,12 +39,7 @@ impl AppLine {
             Some(None) => return Err(Refusal::NoRecipe),
             named => named.flatten(),
         };
-        let version =
-            found(&self.app.catalogue, named.as_ref(), serial).await.map_err(|error| Refusal::of(&error))?;
-        if !self.uses(&version.id) {
-            return Err(Refusal::NoRecipe);
-        }
-        Ok(RecipeRef::Id { id: version.id, version: Some(version.version) })
+        self.recipes.found(&self.app.catalogue, named.as_ref(), serial).await.map_err(|error| Refusal::of(&error))
     }
 
     async fn reset_in_control(&self, user: &str) -> Result<(), AppError> {
@@ -66,7 +56,7 @@ impl AppLine {
         let all = Page { before: None, limit: u32::MAX };
         let mut recipes = Vec::new();
         for record in self.app.catalogue.read().recipes(&in_use, &all).await?.records {
-            if self.uses(&record.id) {
+            if self.recipes.contains(&record.id) {
                 let version = stored_version(&self.app.catalogue, &record.id, record.newest).await?;
                 recipes.push(Recipe { id: version.id, version: version.version, digest: version.digest });
             }
@@ -80,7 +70,7 @@ impl AppLine {
         let record = self.app.catalogue.read().inspection(id).await?;
         let job_id = record.job_id.clone();
         let inspection = InspectionMessage::try_from(record)?;
-        Ok(self.uses(&inspection.recipe.id).then_some(Finished { inspection, job_id }))
+        Ok(self.recipes.contains(&inspection.recipe.id).then_some(Finished { inspection, job_id }))
     }
 
     async fn list(
@@ -101,7 +91,7 @@ impl AppLine {
             let listed = self.app.catalogue.read().inspections(&stored, &page).await?;
             for record in listed.records {
                 let is_of_job = filter.job_id.is_none() || record.job_id == filter.job_id;
-                if !is_of_job || !self.uses(&record.recipe_id) {
+                if !is_of_job || !self.recipes.contains(&record.recipe_id) {
                     continue;
                 }
                 n_passed += 1;
