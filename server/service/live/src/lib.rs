@@ -7,6 +7,7 @@
 
 pub mod bus;
 pub mod interest;
+pub mod jpeg;
 pub mod pace;
 pub mod points;
 pub mod protocol;

@@ -4,11 +4,11 @@ use std::io;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use jpeg_encoder::{ColorType, Encoder};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::LineDirection;
 
+use live::jpeg::grey_jpeg;
 use live::pace::Pace;
 use live::protocol::header::{FrameStamp, PixelGrid};
 use live::protocol::image::{Brightness, ImageMessage, shrink};
@@ -159,14 +159,12 @@ impl Encoding {
         }
     }
 
-    fn jpeg(&self, (width, height): (u16, u16)) -> Option<Vec<u8>> {
-        let mut jpeg = Vec::new();
-        match Encoder::new(&mut jpeg, JPEG_QUALITY).encode(&self.grey, width, height, ColorType::Luma) {
-            Ok(()) => Some(jpeg),
-            Err(error) => {
+    fn jpeg(&self, size_px: (u16, u16)) -> Option<Vec<u8>> {
+        let (width, height) = size_px;
+        grey_jpeg(&self.grey, size_px, JPEG_QUALITY)
+            .inspect_err(|error| {
                 tracing::error!("an image of {width}×{height} pixels could not be encoded: {error}");
-                None
-            }
-        }
+            })
+            .ok()
     }
 }

@@ -5,13 +5,13 @@
 
 use std::path::PathBuf;
 
-use jpeg_encoder::{ColorType, Encoder};
 use optics::PointMm;
 use scanning::{DropReason, Profile, ProfilePoint};
 use serde_json::{Value, json};
 use vision::{CentrelinePoint, LineDirection, Segment};
 
 use crate::DisplayPoint;
+use crate::jpeg::grey_jpeg;
 use crate::protocol::header::{FrameStamp, PixelGrid};
 use crate::protocol::image::{Brightness, ImageMessage};
 use crate::protocol::profile::{ProfileMessage, calibration_mark};
@@ -83,9 +83,7 @@ fn image(jpeg: &[u8]) -> bytes::Bytes {
 
 fn sample_jpeg() -> Vec<u8> {
     let grey: Vec<u8> = (0..16 * 12).map(|idx| (idx % 16 * 16) as u8).collect();
-    let mut jpeg = Vec::new();
-    Encoder::new(&mut jpeg, 80).encode(&grey, 16, 12, ColorType::Luma).unwrap();
-    jpeg
+    grey_jpeg(&grey, (16, 12), 80).unwrap()
 }
 
 fn profile() -> Profile {

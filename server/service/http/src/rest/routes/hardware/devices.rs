@@ -120,13 +120,10 @@ fn jpeg(frame: &SharedFrame) -> Result<Vec<u8>, Problem> {
     let side = |px: usize| {
         u16::try_from(px).map_err(|_| Problem::new(ProblemKind::Impossible, "the image is too large for JPEG"))
     };
-    let mut bytes = Vec::new();
-    jpeg_encoder::Encoder::new(&mut bytes, JPEG_QUALITY)
-        .encode(&eight, side(image.width())?, side(image.height())?, jpeg_encoder::ColorType::Luma)
-        .map_err(|cause| {
-            Problem::new(ProblemKind::Internal, "the image cannot be encoded").because(cause.to_string())
-        })?;
-    Ok(bytes)
+    let size_px = (side(image.width())?, side(image.height())?);
+    live::jpeg::grey_jpeg(&eight, size_px, JPEG_QUALITY).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "the image cannot be encoded").because(cause.to_string())
+    })
 }
 
 /// Returns the stage: capabilities and position.
