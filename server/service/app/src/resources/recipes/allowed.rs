@@ -38,3 +38,34 @@ impl AllowedRecipes {
         Ok(RecipeRef::Id { id: version.id, version: Some(version.version) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::App;
+    use crate::access::principal::Principal;
+    use crate::config::AppConfig;
+    use crate::resources::recipes::tests::ball;
+    use crate::use_cases::{NewVersion, publish_recipe};
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn a_recipe_that_the_settings_do_not_name_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let app = App::start(AppConfig::simulated(folder.path().join("data")), Vec::new()).await.unwrap();
+        let first =
+            NewVersion { id: "ball".to_owned(), after: 0, reason: "first".to_owned(), recipe: ball(18.9, 0.05) };
+        publish_recipe(&app, &Principal::local("rest", "test", None), first, |_| Vec::new()).await.unwrap();
+        let named = RecipeRef::parse("ball");
+        let found_among = async |ids: &[&str]| {
+            let ids: Vec<String> = ids.iter().map(|id| (*id).to_owned()).collect();
+            AllowedRecipes::new(&ids).found(&app.catalogue, named.as_ref(), "S").await
+        };
+        let newest = RecipeRef::Id { id: "ball".to_owned(), version: Some(1) };
+        assert_eq!(found_among(&[]).await.unwrap(), newest);
+        assert_eq!(found_among(&["bracket", "ball"]).await.unwrap(), newest);
+        let refusal = found_among(&["bracket"]).await.unwrap_err();
+        assert_eq!((refusal.kind, refusal.pointer.as_deref()), (ErrorKind::Impossible, Some("/recipe")));
+        assert!(refusal.remedy.is_some(), "{refusal:?}");
+        app.shut_down().await;
+    }
+}
