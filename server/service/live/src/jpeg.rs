@@ -1,4 +1,4 @@
-//! Images as JPEG: once for all viewers of the service, since the encoder is generic and large.
+//! Images as JPEG. The encoder is generic and large: it is compiled here, once for all that send images.
 
 use jpeg_encoder::{ColorType, Encoder, EncodingError};
 

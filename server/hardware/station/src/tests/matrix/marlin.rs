@@ -49,8 +49,8 @@ impl Controller for Marlin {
 }
 
 const NO_RESPONSE: Reaction = Reported("stage", "no_response");
-/// A calibration keeps switching the laser off: without an answer to `M5` the driver halts the controller, which happens
-/// before the silence is reported.
+/// A calibration keeps switching the laser off: without an answer to `M5` in 250 ms the driver halts the controller, which
+/// can be before the silence of another line is reported.
 const NO_RESPONSE_OR_HALTED: Reaction = ReportedEither("stage", ["no_response", "disconnected"]);
 const ENDSTOP: Reaction = Reported("stage", "alarm");
 const DISCONNECTED: Reaction = Reported("stage", "disconnected");
