@@ -673,6 +673,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/doors/{name}/registers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the registers of a Modbus door as CSV (RFC 4180) for the tools of its PLC, one row per register. */
+        get: operations["get_register_map"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/doors/{name}/resend-dead": {
         parameters: {
             query?: never;
@@ -3670,6 +3687,8 @@ export interface components {
             next_at_ms?: number | null;
             /** @description Why the last attempt failed; absent once a later one succeeded. */
             reason?: string | null;
+            /** @description The registers that its PLC reads and writes, as CSV; absent for doors without registers. */
+            register_map_href?: string | null;
             /** @description State. */
             state: components["schemas"]["DoorStateDto"];
             /** @description Where it delivers to. */
@@ -10749,6 +10768,33 @@ export interface operations {
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
             507: components["responses"]["Problem"];
+        };
+    };
+    get_register_map: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
         };
     };
     resend_dead: {

@@ -26,6 +26,7 @@ export const doors: Catalogue["doors"] = {
     opcua: (when) => `Clients können sich verbinden (${when})`,
     modbus: (when) => `Die SPS ist verbunden (${when})`,
   },
+  registers: "Register (CSV)",
   resend_dead: (n) => `Nicht zustellbare erneut senden (${n})`,
   attempts: (n) => `Letzte Versuche (${n})`,
   no_attempts: "Keine Versuche seit dem Start des Servers.",

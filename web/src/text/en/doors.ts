@@ -32,6 +32,7 @@ export const doors = {
     opcua: (when: string) => `clients can connect (${when})`,
     modbus: (when: string) => `the PLC is connected (${when})`,
   } as Record<string, (when: string) => string>,
+  registers: "Registers (CSV)",
   resend_dead: (n: string) => `Resend dead letters (${n})`,
   attempts: (n: string) => `Last attempts (${n})`,
   no_attempts: "No attempts since the server was started.",

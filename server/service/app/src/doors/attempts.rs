@@ -44,6 +44,8 @@ pub struct DoorView {
     pub kind: &'static str,
     /// Where it delivers to.
     pub target: String,
+    /// Whether it has a register map.
+    pub has_register_map: bool,
     /// State.
     pub state: DoorState,
     /// Why the last attempt failed, unless a later one succeeded.
@@ -151,6 +153,7 @@ impl Attempts {
             name: door.name().to_owned(),
             kind: door.kind(),
             target: door.target(),
+            has_register_map: door.register_map().is_some(),
             state: known.state,
             reason: known.reason.clone(),
             next_at_ms: known.next.filter(|_| known.state == DoorState::Waiting).map(|(_, at_ms)| at_ms),

@@ -30,6 +30,11 @@ pub trait Door: Send + Sync + 'static {
         false
     }
 
+    /// The registers of a door that is read and written by registers, as CSV for the tools of its PLC.
+    fn register_map(&self) -> Option<String> {
+        None
+    }
+
     /// How long after an event its delivery is given up; `None`: never.
     fn gives_up_after(&self) -> Option<Duration> {
         None

@@ -101,6 +101,21 @@ impl Doors {
         self.view(self.find(name)?).await
     }
 
+    /// The register map of a door, as CSV.
+    ///
+    /// # Errors
+    /// The door is not configured, or has no registers.
+    pub fn register_map(&self, name: &str) -> Result<String, AppError> {
+        let door = &self.find(name)?.door;
+        door.register_map().ok_or_else(|| {
+            AppError::new(
+                ErrorKind::NotFound,
+                format!("the door {name} has no registers, its kind is {}", door.kind()),
+            )
+            .remedy("use the name of a Modbus door; GET /api/v1/doors lists the doors with their kinds")
+        })
+    }
+
     async fn view(&self, open: &OpenDoor) -> Result<DoorView, AppError> {
         let read = self.catalogue.read();
         let name = open.door.name();

@@ -111,6 +111,10 @@ impl Door for ModbusDoor {
         format!("PLCs at {}", self.settings.listen)
     }
 
+    fn register_map(&self) -> Option<String> {
+        Some(crate::csv())
+    }
+
     /// A re-evaluation is not wanted: the PLC would take it for the part before it.
     fn wants(&self, event: &EventRecord) -> bool {
         self.filter.matches(event) && event.body["re_evaluated_from"].is_null()

@@ -28,6 +28,8 @@ pub struct DoorDto {
     pub kind: &'static str,
     /// Where it delivers to.
     pub target: String,
+    /// The registers that its PLC reads and writes, as CSV; absent for doors without registers.
+    pub register_map_href: Option<String>,
     /// State.
     pub state: DoorStateDto,
     /// Why the last attempt failed; absent once a later one succeeded.
@@ -131,6 +133,7 @@ impl From<DoorView> for DoorDto {
     fn from(view: DoorView) -> Self {
         let record = view.record;
         Self {
+            register_map_href: view.has_register_map.then(|| format!("/api/v1/doors/{}/registers", view.name)),
             name: view.name,
             kind: view.kind,
             target: view.target,

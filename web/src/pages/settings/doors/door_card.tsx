@@ -122,6 +122,11 @@ function Commands({ door, reload }: Properties) {
       {(door.n_dead > 0 || resend.problem.value) && (
         <CommandButton command={resend}>{words.resend_dead(number(door.n_dead))}</CommandButton>
       )}
+      {door.register_map_href != null && (
+        <a class="button" download href={door.register_map_href}>
+          {words.registers}
+        </a>
+      )}
       <span role="status">
         {delivered_at_ms.value !== undefined &&
           `✓ ${(checked ?? words.test_delivered)(dateTime(delivered_at_ms.value, language.value))}`}

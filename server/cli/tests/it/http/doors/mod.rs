@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use self::plant::{Part, Plant};
 use super::inspections::block_recipe;
+use crate::common::server::Server;
 
 /// What a part is made wrong by, mm; the recipes permit half of it.
 const DEFECT_MM: f64 = 0.06;
@@ -23,6 +24,7 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
     for door in plant.server().get("/api/v1/doors").expect(200)["items"].as_array().unwrap() {
         assert_eq!((&door["state"], &door["n_delivered"]), (&json!("delivering"), &json!(0)), "{door:#}");
     }
+    the_map_of_registers_is_offered_by_the_door_that_has_one(plant.server());
 
     for (serial, height_mm, verdict) in [("BL-1", HEIGHT_MM, "ok"), ("BL-2", HEIGHT_MM - DEFECT_MM, "not_ok")] {
         let stored = plant.triggered(12, &Part::block(serial, height_mm));
@@ -81,4 +83,18 @@ fn all_doors_deliver_every_result_across_an_outage_and_three_kills() {
         events.iter().filter(is_about).count()
     };
     assert!(waited("mes") > 0 && waited("share") > 0 && waited("broker") > 0, "{events:#?}");
+}
+
+/// The map is that of the interface documents; doors without registers say so.
+fn the_map_of_registers_is_offered_by_the_door_that_has_one(server: &Server) {
+    let doors = server.get("/api/v1/doors").expect(200);
+    let of_doors = doors["items"].as_array().unwrap().iter().map(|door| &door["register_map_href"]);
+    let hrefs: Vec<&str> = of_doors.filter_map(Value::as_str).collect();
+    assert_eq!(hrefs, ["/api/v1/doors/plc/registers"], "{doors:#}");
+    let map = server.get(hrefs[0]);
+    assert_eq!((map.status, map.header("content-type")), (200, Some("text/csv; charset=utf-8")));
+    let published = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/modbus.csv");
+    assert!(map.body == std::fs::read(published).unwrap(), "the served map differs from {published}");
+    let refused = server.get("/api/v1/doors/mes/registers").expect(404);
+    assert_eq!(refused["detail"], "the door mes has no registers, its kind is webhook", "{refused:#}");
 }

@@ -4,10 +4,12 @@ use crate::Http;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use axum::response::Response;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::Problem;
+use crate::rest::answers::bytes;
 use crate::rest::control::By;
 use crate::rest::extract::{ApiPath, ApiQuery};
 use crate::wire::doors::{DeliveriesQuery, DeliveryDto, DeliveryStateDto, DoorDto, DoorListDto, ResentDto};
@@ -20,6 +22,7 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
         .routes(routes!(list_doors))
         .routes(routes!(get_door))
+        .routes(routes!(get_register_map))
         .routes(routes!(test_door))
         .routes(routes!(list_deliveries))
         .routes(routes!(resend_dead))
@@ -41,6 +44,16 @@ async fn list_doors(State(app): State<App>) -> Result<Json<DoorListDto>, Problem
 )]
 async fn get_door(State(app): State<App>, ApiPath(name): ApiPath<String>) -> Result<Json<DoorDto>, Problem> {
     Ok(Json(app.doors.get(&name).await?.into()))
+}
+
+/// Returns the registers of a Modbus door as CSV (RFC 4180) for the tools of its PLC, one row per register.
+#[utoipa::path(
+    get, path = "/doors/{name}/registers", tag = "doors", params(("name" = String, Path)),
+    responses((status = 200, body = String, content_type = "text/csv"))
+)]
+async fn get_register_map(State(app): State<App>, ApiPath(name): ApiPath<String>) -> Result<Response, Problem> {
+    let map = app.doors.register_map(&name)?;
+    Ok(bytes("text/csv; charset=utf-8", Some(&format!("{name}_registers.csv")), map))
 }
 
 /// Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered,
