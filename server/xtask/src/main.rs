@@ -17,7 +17,7 @@ use std::process::ExitCode;
 
 const HELP: &str = "\
 Developer commands:
-  cargo xtask run [ARGS…]    build with optimisation and run `sheaf serve ARGS…`: a simulated station by default
+  cargo xtask run [ARGS…]    build and run `sheaf serve ARGS…`: a simulated station by default
   cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered images, with a report
   cargo xtask page           build the page into web/dist, from which it is embedded in the program
   cargo xtask browser        test the page in Chromium with the debug program
