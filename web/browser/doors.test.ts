@@ -1,6 +1,9 @@
-/** A webhook of the real program to a receiver that works, is overloaded, or accepts no more, as the page shows it. */
+/**
+ * A webhook of the real program to a receiver that works, is overloaded, or accepts no more, and a door for PLCs, as the page
+ * shows them.
+ */
 
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
@@ -31,6 +34,10 @@ url = "${receiver.url}"
 secret_file = "${secret_file}"
 events = ["simulation.*"]
 allowed_private = ["127.0.0.1/32"]
+
+[[doors.modbus]]
+name = "plc"
+listen = "127.0.0.1:0"
 `,
   );
   [server, browser] = await Promise.all([Server.start(["--config", config]), launch(NO_GRAPHICS)]);
@@ -100,7 +107,7 @@ test("while the receiver is overloaded the door waits and says why; afterwards n
   await expectAccessibleInBoth(page);
   receiver.status = 204;
   await page.locator(".events").getByText("door delivering again").waitFor();
-  await page.locator("[data-tone=calm]", { hasText: "1 door delivering" }).waitFor();
+  await page.locator("[data-tone=calm]", { hasText: "2 doors delivering" }).waitFor();
   expect(newest()).toBe("simulation.fault_disabled");
   expect(complaints).toEqual([]);
   await context.close();
@@ -108,7 +115,7 @@ test("while the receiver is overloaded the door waits and says why; afterwards n
 
 test("a receiver that accepts no more events closes the door until a test message is delivered", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/health");
-  await page.locator("[data-tone=calm]", { hasText: "1 door delivering" }).waitFor();
+  await page.locator("[data-tone=calm]", { hasText: "2 doors delivering" }).waitFor();
   receiver.status = 410;
   await faultOn();
   const card = page.locator("[data-tone=alarm]", { hasText: "mes: closed" });
@@ -122,6 +129,19 @@ test("a receiver that accepts no more events closes the door until a test messag
   await inState(page, "delivering").waitFor();
   await until("the event", () => newest() === "simulation.fault_enabled");
   await faultOff();
+  expect(complaints).toEqual([]);
+  await context.close();
+});
+
+test("the door for PLCs offers its registers, and only it does", async () => {
+  const { page, context, complaints } = await visit(browser, server.url, "#/settings");
+  const offer = page.locator('[data-door="plc"]').getByRole("link", { name: "Registers (CSV)" });
+  const [download] = await Promise.all([page.waitForEvent("download"), offer.click()]);
+  expect(download.suggestedFilename()).toBe("plc_registers.csv");
+  const rows = readFileSync(await download.path(), "utf8").split("\r\n");
+  expect(rows[0]).toBe("table,address,words,type,access,name,meaning");
+  expect(rows.some((row) => row.includes(",command_seq,"))).toBe(true);
+  expect(await doorOn(page).getByRole("link").count()).toBe(0);
   expect(complaints).toEqual([]);
   await context.close();
 });

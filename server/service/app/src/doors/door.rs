@@ -31,7 +31,7 @@ pub trait Door: Send + Sync + 'static {
     }
 
     /// The registers of a door that is read and written by registers, as CSV for the tools of its PLC.
-    fn register_map(&self) -> Option<String> {
+    fn register_map(&self) -> Option<&'static str> {
         None
     }
 

@@ -105,7 +105,7 @@ impl Doors {
     ///
     /// # Errors
     /// The door is not configured, or has no registers.
-    pub fn register_map(&self, name: &str) -> Result<String, AppError> {
+    pub fn register_map(&self, name: &str) -> Result<&'static str, AppError> {
         let door = &self.find(name)?.door;
         door.register_map().ok_or_else(|| {
             AppError::new(

@@ -1,6 +1,6 @@
 //! The door: shows each result until the PLC acknowledges it.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use app::App;
@@ -111,8 +111,9 @@ impl Door for ModbusDoor {
         format!("PLCs at {}", self.settings.listen)
     }
 
-    fn register_map(&self) -> Option<String> {
-        Some(crate::csv())
+    fn register_map(&self) -> Option<&'static str> {
+        static MAP: LazyLock<String> = LazyLock::new(crate::csv);
+        Some(&MAP)
     }
 
     /// A re-evaluation is not wanted: the PLC would take it for the part before it.

@@ -135,8 +135,8 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_response() {
     assert!(missed.is_empty(), "the fuzzer never met a thing behind {missed:#?}: {answers:#?}");
 }
 
-/// Inspections need a scan of the station and its own calibration: `inspections/parts.rs` reads them. The folder has no
-/// registers: `doors/mod.rs` reads those of a Modbus door.
+/// Inspections need a scan of the station and its own calibration: `inspections/parts.rs` reads them. The only door, a
+/// folder, has no registers: `doors/mod.rs` reads those of a Modbus door.
 const NOT_HERE: [&str; 6] = [
     "/api/v1/doors/{name}/registers",
     "/api/v1/inspections/{id}",
