@@ -10,8 +10,8 @@ use crate::tools::{GENICAM, has_aravis};
 
 /// Builds and runs a command of the product.
 ///
-/// A development build: what computes is optimised in it too (`profile.dev.package`), so a simulated station is as fast as with
-/// a release build, which takes a quarter longer to compile (ADR 46).
+/// A development build, in which what computes is optimised too (`profile.dev.package`): a release build is faster, but takes
+/// half as long again to compile (ADR 46).
 pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
     ensure_page()?;
     let mut process = cargo(&["run", "--package", "sheaf", "--", command]);
