@@ -2,9 +2,10 @@
 //!
 //! Noise widens the band: it combines with the form somewhere between linearly (a flat plate) and in quadrature (a form
 //! error much larger than the noise). The value is the mean of the two corrections; half their difference is the limit
-//! of the correction's error (eq. 3).
+//! of the correction's error (eq. 3 of `docs/maths/metrology.md`).
 
 use statistics::{SIGMA_PER_MAD, median};
+use statrs::function::erf::erfc;
 
 use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points, Weighted, fit};
@@ -18,6 +19,9 @@ use crate::params::{FLATNESS_FRACTION, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
 /// Quantile of the standard normal distribution at the ends of [`FLATNESS_FRACTION`], and its density there.
 const TAIL_QUANTILE: f64 = 3.290_5;
 const TAIL_DENSITY: f64 = 0.001_780;
+
+/// Points whose noise gives the width of the zone.
+const BAND_POINTS: usize = 2000;
 
 /// Distance, in correlation lengths, of the neighbours whose differences give the noise.
 const LAG_CORRELATIONS: f64 = 2.0;
@@ -91,19 +95,24 @@ pub(crate) fn without_noise(
         .unwrap_or_else(|| predicted_mm(samples, inliers, shape))
         .min(square.sqrt());
     let band_mm = band(&mut residuals.to_vec());
-    let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
-    let linear = (band_mm - noise_band_mm).max(0.0);
-    let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
+    let noise_band_mm = noise_band_mm(samples, inliers, shape, noise_mm);
+    let linear = |band_mm: f64| (band_mm - noise_band_mm).max(0.0);
+    let quadratic = |band_mm: f64| (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
+    let value = |band_mm| (linear(band_mm) + quadratic(band_mm)) / 2.0;
     let n_independent = n / redundancy(samples, inliers);
     let tail = (1.0 - FLATNESS_FRACTION) / 2.0;
     let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
+    // By steps, since the derivative is infinite where the band is that of the noise; the value is zero below.
+    let of_step = (value(band_mm + of_quantiles) - value(band_mm - of_quantiles)) / 2.0;
+    let of_band = of_step.max(of_quantiles);
+    // The ends are more likely than the middle: an arcsine distribution of this half-width.
+    let of_correction = (quadratic(band_mm) - linear(band_mm)) / 2.0 / 2f64.sqrt();
     Flatness {
-        value_mm: (linear + quadratic) / 2.0,
+        value_mm: value(band_mm),
         band_mm,
         noise_band_mm,
         form_rms_mm: (square - noise_mm * noise_mm).max(0.0).sqrt(),
-        // The ends are more likely than the middle: an arcsine distribution of this half-width.
-        standard_uncertainty_mm: of_quantiles.hypot((quadratic - linear) / 2.0 / 2f64.sqrt()),
+        standard_uncertainty_mm: of_band.hypot(of_correction),
         n_independent,
     }
 }
@@ -133,6 +142,25 @@ fn differences_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> Opti
         }
     }
     (n > 0.0).then(|| f64::sqrt(sum / n))
+}
+
+/// The width of the zone that holds 99.9 % of points with nothing but noise of this RMS, mm: of a mixture of normal
+/// distributions whose σ are in proportion to those stated for the points.
+fn noise_band_mm(samples: &Samples, inliers: &[u32], shape: &Shape, noise_mm: f64) -> f64 {
+    let step = inliers.len().div_ceil(BAND_POINTS).max(1);
+    let stated: Vec<f64> =
+        inliers.iter().step_by(step).map(|&idx| samples.at(idx).normal_sigma_mm(shape)).collect();
+    let rms = (stated.iter().map(|sigma| sigma * sigma).sum::<f64>() / stated.len().max(1) as f64).sqrt();
+    let outside = |half: f64| {
+        let tails = stated.iter().map(|sigma| erfc(half * rms / (sigma * std::f64::consts::SQRT_2)));
+        tails.sum::<f64>() / stated.len() as f64
+    };
+    let (mut low, mut high) = (0.0, 4.0 * TAIL_QUANTILE);
+    for _ in 0..40 {
+        let middle = (low + high) / 2.0;
+        if outside(middle) > 1.0 - FLATNESS_FRACTION { low = middle } else { high = middle }
+    }
+    2.0 * noise_mm * high
 }
 
 /// The noise of the points along the normal of a shape as stated for them, RMS, mm.
