@@ -61,7 +61,7 @@ pub fn debug_program() -> PathBuf {
 }
 
 /// Runs the labelling tests on dozens of random scenes, each against its stated rate of wrong labels, stations of all
-/// sizes from images to a measured ball, all characteristics of plans on twenty seeds and on rendered images of twenty
+/// sizes from images to a measured ball, all characteristics of plans on twenty seeds and on rendered images of sixty
 /// stations, a thousand serial faults for each controller, 500 camera faults, bits that flip in the database, thirty kills
 /// of the server and a hundred of one that records, and fifty parts at all doors.
 pub fn campaign() -> Outcome {
@@ -75,7 +75,7 @@ pub fn campaign() -> Outcome {
     run("flipped bits", cargo(&["test", "--package", "sheaf-store", "--test", "it"]).args(filter))?;
     run("kills and doors", cargo(&["test", "--package", "sheaf", "--test", "it"]).args(filter))?;
     run(
-        "stations of all sizes and parts on twenty stations",
+        "stations of all sizes and parts on sixty stations",
         cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter),
     )?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))

@@ -18,8 +18,8 @@ mod scene_change;
 pub mod white_level;
 
 pub use centreline::{
-    CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
-    find_centrelines,
+    AveragingBias, CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines,
+    LineDirection, Segment, find_centrelines,
 };
 pub use colour::{CameraImage, Channel, ColourImage};
 pub use corners::{

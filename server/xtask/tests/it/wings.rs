@@ -133,7 +133,14 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 32] = [
     (
         "sheaf-metrology",
         "server/core/metrology",
-        &["sheaf-scanning", "sheaf-optics", "sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"],
+        &[
+            "sheaf-scanning",
+            "sheaf-vision",
+            "sheaf-optics",
+            "sheaf-least-squares",
+            "sheaf-statistics",
+            "sheaf-remedy",
+        ],
     ),
     (
         "sheaf-scanning",

@@ -17,12 +17,12 @@ use crate::evaluation::rims::crossings::Crossing;
 use crate::evaluation::rims::rim::{Rim, RimShift};
 use crate::evaluation::values::{Primitive, State};
 use crate::fitting::fit::{Matrix, Weighted, fit};
-use crate::fitting::footprint::{bend_mm, footprint_mm};
+use crate::fitting::footprint::footprint_mm;
 use crate::fitting::sample::thinned;
 use crate::interface::shape::Shape;
 use crate::measuring::noise::{FeatureNoise, shape_covariance, speckle_redundancy};
 use crate::measuring::systematic::{Pixel, Retriangulation, Variant};
-use crate::params::{FOOTPRINT_SIGMA, NOISE_POINTS};
+use crate::params::{AVERAGING_SIGMA, FOOTPRINT_SIGMA, NOISE_POINTS};
 
 /// Step of the numerical derivatives by a feature's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
@@ -125,7 +125,7 @@ fn moved_by(primitive: &Primitive, step: &[f64; MAX_FEATURE_PARAMETERS]) -> Prim
 /// Effect of the common errors on the components of every characteristic.
 pub(crate) struct Systematic {
     pub(crate) covariances: Vec<Matrix3<f64>>,
-    /// Corrections of the components for the thickness of the lines on curved features.
+    /// Corrections of the components for the thickness of the lines on curved features and for averaging along them.
     pub(crate) corrections: Vec<Vector3<f64>>,
     /// Whether any mode gave no value.
     pub(crate) has_failed: Vec<bool>,
@@ -136,8 +136,8 @@ enum Perturbation<'a> {
     Calibration(&'a Variant),
     /// Points of curved features corrected for the thickness of the lines (one σ, mm).
     LineThickness(f64),
-    /// Points of curved features displaced by what averaging along the lines leaves.
-    Bends,
+    /// Points of curved features corrected for averaging along the lines.
+    Averaging,
     /// Rims displaced by the uncertainty of their threshold.
     Rims(RimShift),
 }
@@ -158,10 +158,8 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
         .par_iter()
         .map(|pair| [0, 1].map(|side| difference(&seen(Perturbation::Calibration(&pair[side])))))
         .collect();
-    let others =
-        [Perturbation::Rims(RimShift::Threshold), Perturbation::Rims(RimShift::Oblique), Perturbation::Bends];
-    for other in others {
-        let moved = difference(&seen(other));
+    for shift in [RimShift::Threshold, RimShift::Oblique] {
+        let moved = difference(&seen(Perturbation::Rims(shift)));
         modes.push([moved.clone(), moved]);
     }
     let n = chain.plan.characteristics.len();
@@ -170,13 +168,13 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
         corrections: vec![Vector3::zeros(); n],
         has_failed: vec![false; n],
     };
-    if let Some(line_sigma_mm) = chain.samples.line_sigma_mm {
-        for (idx, change) in difference(&seen(Perturbation::LineThickness(line_sigma_mm))).into_iter().enumerate()
-        {
+    let thickness = chain.samples.line_sigma_mm.map(|mm| (Perturbation::LineThickness(mm), FOOTPRINT_SIGMA));
+    for (correction, sigma) in thickness.into_iter().chain([(Perturbation::Averaging, AVERAGING_SIGMA)]) {
+        for (idx, change) in difference(&seen(correction)).into_iter().enumerate() {
             let correction = change.unwrap_or_default();
-            all.corrections[idx] = correction;
-            all.covariances[idx] += correction * correction.transpose() * FOOTPRINT_SIGMA * FOOTPRINT_SIGMA;
-            all.has_failed[idx] = change.is_none();
+            all.corrections[idx] += correction;
+            all.covariances[idx] += correction * correction.transpose() * sigma * sigma;
+            all.has_failed[idx] |= change.is_none();
         }
     }
     for side in modes.iter().flatten() {
@@ -235,18 +233,14 @@ fn refitted(
     };
     let place = |pixel: &Pixel, shape: &Shape| {
         let position = retriangulation.part_position(variant, pixel)?;
-        Some(match seen {
+        let outwards_mm = match seen {
             Perturbation::LineThickness(line_sigma_mm) => {
-                let outwards_mm = footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm);
-                position + shape.normal_at(&position) * outwards_mm
+                footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm)
             }
-            Perturbation::Bends => {
-                let outwards_mm =
-                    bend_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, pixel.noise_sigma_mm());
-                position + shape.normal_at(&position) * outwards_mm
-            }
-            _ => position,
-        })
+            Perturbation::Averaging => -pixel.averaging_mm(shape, &position, retriangulation.averaging()),
+            Perturbation::Calibration(_) | Perturbation::Rims(_) => return Some(position),
+        };
+        Some(position + shape.normal_at(&position) * outwards_mm)
     };
     let mut primitives = vec![Primitive::None; chain.fitted.len()];
     let mut points = vec![Vec::new(); chain.fitted.len()];

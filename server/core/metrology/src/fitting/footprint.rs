@@ -1,4 +1,4 @@
-//! Effects on lines on a curved surface: of the thickness of the light sheet, and of averaging along the line.
+//! Effect of the thickness of the light sheet on lines on a curved surface.
 //!
 //! A sheet of thickness s lights a strip; on a curved surface the strip's flanks are deeper than its middle, so its
 //! image is skewed and its centre is displaced. With n the surface's normal, N the sheet's, D the ray's direction, R
@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use scanning::Cloud;
 
 use crate::interface::shape::Shape;
-use crate::params::{BEND_SIGMAS, FOOTPRINT_FACTOR, LINE_SIGMA_KEY, MIN_COSINE};
+use crate::params::{FOOTPRINT_FACTOR, LINE_SIGMA_KEY, MIN_COSINE};
 
 /// Thickness of the light sheets as stated by the scan (one σ, mm).
 pub(crate) fn line_sigma_mm(cloud: &Cloud) -> Option<f64> {
@@ -39,26 +39,6 @@ pub(crate) fn footprint_mm(
     FOOTPRINT_FACTOR * sag * (1.0 - to_sheet * normal.dot(ray) / through)
 }
 
-/// Displacement along the outward normal by one σ of what averaging along a line leaves where its curvature changes: on a
-/// circle nothing at the top, most on the flanks, and nothing on a line along a cylinder. `noise_mm`: σ of the point
-/// along its ray.
-pub(crate) fn bend_mm(
-    shape: &Shape,
-    position: &Vector3<f64>,
-    ray: &Vector3<f64>,
-    sheet_normal: &Vector3<f64>,
-    noise_mm: f64,
-) -> f64 {
-    let largest = shape.largest_curvature();
-    if largest == 0.0 {
-        return 0.0;
-    }
-    let normal = shape.normal_at(position);
-    let along = sheet_normal.cross(&normal).try_normalize(0.0).unwrap_or_default();
-    let oblique = ray.dot(&along);
-    BEND_SIGMAS * noise_mm * ray.dot(&normal).abs() * oblique * oblique * shape.curvature_along(&along) / largest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,18 +52,6 @@ mod tests {
         let ray = Vector3::new(0.0, 0.5, 0.75f64.sqrt());
         let pull = footprint_mm(&shape, &top, &ray, &Vector3::y(), 0.4);
         assert!((pull - FOOTPRINT_FACTOR * 0.004).abs() < 1e-12, "{pull}");
-    }
-
-    #[test]
-    fn a_line_across_a_rod_bends_on_its_flanks_and_one_along_it_does_not() {
-        let rod = |axis: Vector3<f64>| Shape::Cylinder { point_mm: Vector3::zeros(), axis, radius_mm: 5.0 };
-        let at = |angle: f64| Vector3::new(0.0, 5.0 * angle.sin(), 5.0 * angle.cos());
-        let bend = |axis, angle| bend_mm(&rod(axis), &at(angle), &-Vector3::z(), &Vector3::x(), 0.02);
-        assert_eq!(bend(Vector3::x(), 0.0), 0.0);
-        let flank = std::f64::consts::FRAC_PI_4;
-        assert!((bend(Vector3::x(), flank) - BEND_SIGMAS * 0.02 * 0.5 * 0.5f64.sqrt()).abs() < 1e-12);
-        let along = bend_mm(&rod(Vector3::y()), &Vector3::new(0.0, 3.0, 5.0), &-Vector3::z(), &Vector3::x(), 0.02);
-        assert_eq!(along, 0.0);
     }
 
     #[test]

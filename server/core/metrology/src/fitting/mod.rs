@@ -1,5 +1,6 @@
 //! Robust fits of shapes to points: samples, search, fits.
 
+pub(crate) mod averaging;
 pub(crate) mod features;
 pub(crate) mod fit;
 pub(crate) mod fitness;

@@ -12,7 +12,7 @@ use crate::measuring::measure::Measurand;
 use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
-use crate::params::{EXPANSION_PER_K, FOOTPRINT_SIGMA, TEMPERATURE_SIGMA_K};
+use crate::params::{AVERAGING_SIGMA, EXPANSION_PER_K, FOOTPRINT_SIGMA, TEMPERATURE_SIGMA_K};
 
 /// Ratio of residuals to predicted noise above which a note is added.
 const NOTEWORTHY_RATIO: f64 = 1.25;
@@ -23,7 +23,7 @@ pub(crate) struct Budget {
     pub(crate) u_noise: f64,
     /// From the contributions common to all points; `None` without a calibration.
     pub(crate) u_systematic: Option<f64>,
-    /// Correction of the value for the thickness of the lines on curved features.
+    /// Correction of the value for the thickness of the lines on curved features and for averaging along them.
     pub(crate) correction: f64,
     /// Contributions included in neither.
     pub(crate) missing: Vec<Missing>,
@@ -57,14 +57,23 @@ pub(crate) fn budget(
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(measurand, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
-    let correction = thickness_correction(samples, measurand, features, retriangulation, notes);
+    let curved = curved_corrections(samples, measurand, features, retriangulation);
     lacks(
-        samples.line_sigma_mm.is_some() && retriangulation.is_some() && correction.is_none(),
+        samples.line_sigma_mm.is_some() && retriangulation.is_some() && curved.thickness.is_none(),
         Missing::LineThickness,
     );
-    let correction = correction.unwrap_or(0.0);
-    let bend = retriangulation.and_then(|pixels| pixels.bend_uncertainty(measurand, features)).unwrap_or(0.0);
-    let of_curves = bend.hypot(FOOTPRINT_SIGMA * correction);
+    let (thickness, averaging) = (curved.thickness.unwrap_or(0.0), curved.averaging);
+    let correction = thickness + averaging;
+    let of_curves = (FOOTPRINT_SIGMA * thickness).hypot(AVERAGING_SIGMA * averaging);
+    if correction != 0.0 {
+        notes.push(format!(
+            "the value was corrected by {:+.1} µm for the thickness of the lines on the curved surface and by {:+.1} µm for \
+             averaging along them, which contribute {:.1} µm to the systematic part of u",
+            1e3 * thickness,
+            1e3 * averaging,
+            1e3 * of_curves
+        ));
+    }
     let u_systematic = modes.map(|(u, _)| u.hypot(of_curves).hypot(expansion(measurand, value)));
     let (u_noise, expected_mm) = (noise.standard_uncertainty, noise.expected_mm);
     Some(Budget { u_noise, u_systematic, correction, missing, expected_mm })
@@ -98,23 +107,25 @@ fn expansion(measurand: &Measurand, value: f64) -> f64 {
     }
 }
 
-/// Correction of the value for the lines' thickness on curved features, 0 where it has no effect; `None` if it is unknown.
-fn thickness_correction(
+/// Corrections of a value for lines on curved features.
+struct Curved {
+    /// For their thickness; `None` if it is unknown.
+    thickness: Option<f64>,
+    /// For averaging along them.
+    averaging: f64,
+}
+
+fn curved_corrections(
     samples: &Samples,
     measurand: &Measurand,
     features: &[FeatureFit],
     retriangulation: Option<&Retriangulation>,
-    notes: &mut Vec<String>,
-) -> Option<f64> {
+) -> Curved {
     if features.iter().all(|feature| matches!(feature.shape, Shape::Plane { .. })) {
-        return Some(0.0);
+        return Curved { thickness: Some(0.0), averaging: 0.0 };
     }
-    let correction = retriangulation?.thickness_correction(measurand, features, samples.line_sigma_mm?)?;
-    notes.push(format!(
-        "the value was corrected by {:+.1} µm for the thickness of the lines on the curved surface, which contributes {:.1} µm \
-         to the systematic part of u",
-        1e3 * correction,
-        1e3 * FOOTPRINT_SIGMA * correction.abs()
-    ));
-    Some(correction)
+    let Some(pixels) = retriangulation else { return Curved { thickness: None, averaging: 0.0 } };
+    let thickness = samples.line_sigma_mm.and_then(|mm| pixels.thickness_correction(measurand, features, mm));
+    let averaging = pixels.averaging_correction(measurand, features).unwrap_or(0.0);
+    Curved { thickness, averaging }
 }

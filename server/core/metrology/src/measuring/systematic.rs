@@ -8,16 +8,18 @@ use optics::stage::StageUncertainty;
 use optics::{Calibration, CameraFrame, PointMm, Stage, StagePosition};
 use rayon::prelude::*;
 use statistics::median;
+use vision::AveragingBias;
 
+use crate::fitting::averaging::Course;
 use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points as _, Weighted, fit};
-use crate::fitting::footprint::{bend_mm, footprint_mm};
+use crate::fitting::footprint::footprint_mm;
 use crate::fitting::robust::Near;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::request::{MeasureError, Tool};
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Measurand;
-use crate::measuring::noise::FeatureNoise;
+use crate::measuring::noise::{FeatureNoise, correlation_px};
 use crate::measuring::temperature::wavelength_drift;
 use crate::measuring::value::{FirstPoints, value};
 use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_RATIO, SYSTEMATIC_POINTS};
@@ -45,8 +47,8 @@ pub(crate) struct Pixel {
     pub(crate) weight: f64,
     /// Contribution of the calibration to the σ along the ray, mm.
     systematic_sigma_mm: f64,
-    /// That of the noise.
-    noise_sigma_mm: f64,
+    /// The line there, on a curved feature.
+    course: Option<Course>,
 }
 
 impl Pixel {
@@ -58,8 +60,9 @@ impl Pixel {
         self.systematic_sigma_mm
     }
 
-    pub(crate) fn noise_sigma_mm(&self) -> f64 {
-        self.noise_sigma_mm
+    /// Displacement of the point at `position` on a feature by averaging along the line, outwards, mm; 0 on a plane.
+    pub(crate) fn averaging_mm(&self, shape: &Shape, position: &Vector3<f64>, averaging: &AveragingBias) -> f64 {
+        self.course.as_ref().map_or(0.0, |course| course.displacement_mm(shape, position, averaging))
     }
 }
 
@@ -75,6 +78,8 @@ pub(crate) struct Retriangulation<'a> {
     calibration: &'a Calibration,
     unperturbed: Variant,
     features: Vec<Vec<Pixel>>,
+    /// What averaging along the lines did to them.
+    averaging: AveragingBias,
     /// Motion of the part by the calibration's own stage at the middle of the positions.
     carried_to_middle: Vector3<f64>,
 }
@@ -105,6 +110,7 @@ impl<'a> Retriangulation<'a> {
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
         let spread = calibration.stage_uncertainty();
+        let averaging = AveragingBias::new(correlation_px(samples.cloud));
         let mut mismatches = Vec::new();
         let mut lost = 0;
         let mut features: Vec<Vec<Pixel>> = sets
@@ -112,10 +118,13 @@ impl<'a> Retriangulation<'a> {
             .map(|(indices, shape)| {
                 let few = thinned(indices, limit);
                 let near = Near { samples, indices: &few, shape };
+                let reach = (shape.largest_curvature() > 0.0).then(|| averaging.reach());
                 let pixels: Vec<Pixel> = few
                     .iter()
                     .enumerate()
-                    .filter_map(|(at, &idx)| pixel(samples, idx, near.at(at).weight, (calibration, &spread)))
+                    .filter_map(|(at, &idx)| {
+                        pixel((samples, idx), near.at(at).weight, (calibration, &spread), reach)
+                    })
                     .collect();
                 lost += few.len() - pixels.len();
                 mismatches.extend(pixels.iter().map(|p| p.mismatch_mm));
@@ -137,7 +146,7 @@ impl<'a> Retriangulation<'a> {
             }
         }
         let unperturbed = Variant { calibration: calibration.clone(), has_same_hits: true };
-        Ok(Self { calibration, unperturbed, features, carried_to_middle: direction * middle_mm })
+        Ok(Self { calibration, unperturbed, features, averaging, carried_to_middle: direction * middle_mm })
     }
 
     /// The noise part of every inlier's σ: the remainder after the calibration's contribution at the nearest triangulated
@@ -212,12 +221,15 @@ impl<'a> Retriangulation<'a> {
         &self.unperturbed
     }
 
-    /// Standard uncertainty of the value from what averaging along curved lines leaves ([`bend_mm`]); 0 for flat features.
-    pub(crate) fn bend_uncertainty(&self, measurand: &Measurand, features: &[FeatureFit]) -> Option<f64> {
-        self.change(measurand, features, |p, shape, position| {
-            bend_mm(shape, position, &p.ray, &p.sheet_normal, p.noise_sigma_mm)
-        })
-        .map(f64::abs)
+    /// What averaging along the lines did to them.
+    pub(crate) fn averaging(&self) -> &AveragingBias {
+        &self.averaging
+    }
+
+    /// Change of the value when every point of a curved feature moves back by what averaging along the line displaced it;
+    /// 0 for flat features.
+    pub(crate) fn averaging_correction(&self, measurand: &Measurand, features: &[FeatureFit]) -> Option<f64> {
+        self.change(measurand, features, |p, shape, position| -p.averaging_mm(shape, position, &self.averaging))
     }
 
     /// Change of the value when every point of a curved feature moves back by the displacement of a line of finite
@@ -327,11 +339,12 @@ fn middle(values: impl Iterator<Item = f64>) -> f64 {
     ends.map_or(0.0, |(low, high)| 0.5 * (low + high))
 }
 
+/// `reach`: columns over which the course of the line matters, on a curved feature.
 fn pixel(
-    samples: &Samples,
-    sample_idx: u32,
+    (samples, sample_idx): (&Samples, u32),
     weight: f64,
     (calibration, spread): (&Calibration, &StageUncertainty),
+    reach: Option<usize>,
 ) -> Option<Pixel> {
     let sample = samples.at(sample_idx);
     let point = samples.point(sample_idx);
@@ -345,6 +358,9 @@ fn pixel(
     let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
     let motion = calibration.stage.and_then(|stage| stage.motion(position));
     let systematic_sigma_mm = calibration.systematic_sigma_mm(point.order, &hit)?.hypot(of_stage_mm);
+    let noise_sigma_mm = (sample.sigma_mm.powi(2) - systematic_sigma_mm.powi(2)).max(0.0).sqrt();
+    let in_part = |direction: &Vector3<f64>| motion.map_or(*direction, |motion| motion.part_direction(direction));
+    let course = |reach| Course::at((samples, sample_idx), (calibration, &hit), noise_sigma_mm, reach, in_part);
     Some(Pixel {
         sample_idx,
         order: point.order,
@@ -352,14 +368,14 @@ fn pixel(
         ray: sample.ray,
         phi_rad: hit.hit.phi_rad,
         hit_in_camera: hit.hit_in_camera,
-        sheet_normal: motion.map_or(hit.hit.normal, |motion| motion.part_direction(&hit.hit.normal)),
+        sheet_normal: in_part(&hit.hit.normal),
         carried,
         position,
         mismatch_mm: mismatch_mm(calibration, &hit.hit_in_camera, &carried, position),
         distance_mm: hit.hit_in_camera.xyz.norm(),
         weight,
         systematic_sigma_mm,
-        noise_sigma_mm: (sample.sigma_mm.powi(2) - systematic_sigma_mm.powi(2)).max(0.0).sqrt(),
+        course: reach.and_then(course),
     })
 }
 

@@ -13,6 +13,8 @@ mod small;
 mod spread;
 mod view;
 
+pub use fast::AveragingBias;
+
 use crate::{GreyImage, Pixels};
 use view::{Level, View};
 

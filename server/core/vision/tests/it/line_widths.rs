@@ -37,6 +37,18 @@ pub fn line(at: f64, fwhm: impl Fn(f64) -> f64 + 'static) -> Line {
     Line { row: Box::new(level), at, fwhm: Box::new(fwhm), columns: 0..WIDTH }
 }
 
+/// A line about the column and row of its middle, `half` columns to either side, with rows by column relative to both.
+pub fn arc([u0, v0]: [f64; 2], half: usize, fwhm: f64, row: fn(f64) -> f64) -> Line {
+    let slope = move |u: f64| row(u + 0.5) - row(u - 0.5);
+    let middle = u0.round() as usize;
+    Line {
+        row: Box::new(move |u, at| (at + row(u - u0), slope(u - u0))),
+        at: v0,
+        fwhm: Box::new(move |_| fwhm),
+        columns: middle - half..middle + half + 1,
+    }
+}
+
 pub fn rendered(lines: &[Line], seed: u64) -> GreyImage {
     rendered_height(lines, HEIGHT, seed)
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod averaging_bias;
 mod centreline_rig;
 mod charuco;
 mod circles;

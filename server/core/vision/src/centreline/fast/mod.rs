@@ -38,6 +38,7 @@ use search::width::Peaks;
 use smoothing::along::Averager;
 
 pub use search::cells::Strip;
+pub use smoothing::expected::AveragingBias;
 use statistics::median;
 
 /// Smallest image side, in pixels, that holds the tiles and strips of the search.

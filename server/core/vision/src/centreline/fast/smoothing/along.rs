@@ -43,22 +43,27 @@ pub struct Averager {
 /// group, not per block.
 const GROUP: usize = 4 * LANES;
 
+/// Half-lengths of all windows, the shortest first.
+pub fn half_lengths(longest: usize) -> Vec<usize> {
+    let halved = |&half: &usize| (half >= 2 * ALONG_MIN_HALF_LENGTH).then_some(half / 2);
+    let mut halves: Vec<usize> = std::iter::successors(Some(longest), halved).collect();
+    halves.reverse();
+    halves
+}
+
 impl Averager {
     /// Prepares for the lines of an image of a typical width (full, at half height).
     pub fn prepare(&mut self, width_px: f32, scatter: &Scatter) {
         let longest = (ALONG_HALF_LENGTH_WIDTHS * width_px).round() as usize;
         self.longest = longest.clamp(2 * ALONG_MIN_HALF_LENGTH, ALONG_MAX_HALF_LENGTH);
-        let halves =
-            std::iter::successors(Some(self.longest), |&h| (h >= 2 * ALONG_MIN_HALF_LENGTH).then_some(h / 2));
         let correlations: [f64; MAX_LAG + 1] = std::array::from_fn(|lag| scatter.correlation(lag));
         self.others.append(&mut self.windows);
-        for half_length in halves {
+        for half_length in half_lengths(self.longest) {
             let known = self.others.iter().position(|windows| windows.kernels().half_length() == half_length);
             let mut windows = known.map_or_else(Windows::default, |idx| self.others.swap_remove(idx));
             windows.prepare(half_length, &correlations);
             self.windows.push(windows);
         }
-        self.windows.reverse();
         self.all.prepare(self.windows.iter().map(Windows::kernels));
         self.departures.resize_with(self.windows.len() - 1, Departure::default);
         for (departure, pair) in self.departures.iter_mut().zip(self.windows.windows(2)) {

@@ -65,6 +65,21 @@ impl Kernels {
         }
     }
 
+    /// Computes the kernels of all windows that are truncated by the ends of a line.
+    pub fn prepare_cut(&mut self) {
+        for before in 0..=self.half_length {
+            for after in 0..=self.half_length {
+                self.at(before, after);
+            }
+        }
+    }
+
+    /// A kernel computed before; `None` if it holds too few points.
+    pub fn prepared(&self, before: usize, after: usize) -> Option<&Kernel> {
+        let kernel = self.kernels[before * (self.half_length + 1) + after].as_ref();
+        kernel.filter(|kernel| !kernel.value.is_empty())
+    }
+
     /// Points on either side of the middle.
     pub fn half_length(&self) -> usize {
         self.half_length

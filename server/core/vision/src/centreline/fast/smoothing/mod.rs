@@ -3,6 +3,7 @@
 pub mod along;
 pub mod cut;
 pub mod departures;
+pub mod expected;
 pub mod kernels;
 pub mod means;
 pub mod points;
