@@ -43,12 +43,9 @@ pub struct Averager {
 /// group, not per block.
 const GROUP: usize = 4 * LANES;
 
-/// Half-lengths of all windows, the shortest first.
-pub fn half_lengths(longest: usize) -> Vec<usize> {
-    let halved = |&half: &usize| (half >= 2 * ALONG_MIN_HALF_LENGTH).then_some(half / 2);
-    let mut halves: Vec<usize> = std::iter::successors(Some(longest), halved).collect();
-    halves.reverse();
-    halves
+/// Half-lengths of all windows, the longest first.
+pub fn half_lengths(longest: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(longest), |&half| (half >= 2 * ALONG_MIN_HALF_LENGTH).then_some(half / 2))
 }
 
 impl Averager {
@@ -64,6 +61,7 @@ impl Averager {
             windows.prepare(half_length, &correlations);
             self.windows.push(windows);
         }
+        self.windows.reverse();
         self.all.prepare(self.windows.iter().map(Windows::kernels));
         self.departures.resize_with(self.windows.len() - 1, Departure::default);
         for (departure, pair) in self.departures.iter_mut().zip(self.windows.windows(2)) {

@@ -43,8 +43,9 @@ impl AveragingBias {
             kernels.prepare_cut();
             kernels
         };
-        let halves = half_lengths(longest).into_iter().filter(|&half| half >= ALONG_MIN_HALF_LENGTH);
-        let windows: Vec<Kernels> = halves.map(window).collect();
+        let halves = half_lengths(longest).filter(|&half| half >= ALONG_MIN_HALF_LENGTH);
+        let mut windows: Vec<Kernels> = halves.map(window).collect();
+        windows.reverse();
         let departure = |pair: &[Kernels]| {
             let mut departure = Departure::default();
             departure.prepare(&pair[0], &pair[1], &independent);

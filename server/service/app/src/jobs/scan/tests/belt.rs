@@ -54,11 +54,16 @@ fn a_frame_lost_on_a_belt_makes_the_scan_invalid_and_moves_no_point() {
     assert_eq!(bench.part(&id).verdict, Some(PartVerdict::Invalid));
     let record = bench.record(&id);
     assert!(record.report["losses"][0].as_str().unwrap().contains("frames were lost"), "{}", record.report);
-    let radius = |id: &str| {
-        let measured = bench.part(id).measured;
-        measured[0].result["value"].as_f64().unwrap()
+    // The radius with the part of its uncertainty from the noise, and the scatter about the ball.
+    let measured = |id: &str| {
+        let result = bench.part(id).measured[0].result.clone();
+        let number = |pointer: &str| result.pointer(pointer).and_then(serde_json::Value::as_f64).unwrap();
+        [number("/value"), number("/u_noise"), number("/features/0/rms_mm")]
     };
-    assert!((radius(&id) - radius(&whole.id)).abs() < 0.01, "{} and {}", radius(&id), radius(&whole.id));
+    let [with_losses, without] = [measured(&id), measured(&whole.id)];
+    assert!((with_losses[0] - without[0]).abs() < with_losses[1].hypot(without[1]), "{with_losses:?} {without:?}");
+    // Points moved by one pitch would be half a millimetre off.
+    assert!(with_losses[2] < 1.1 * without[2], "{with_losses:?} {without:?}");
 }
 
 #[test]
