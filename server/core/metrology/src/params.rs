@@ -129,6 +129,15 @@ pub const FOOTPRINT_SIGMA: f64 = 0.577;
 /// windows is known to half a column of ten, which the bias follows with the fourth power (0.2), the ends of lines to a
 /// column or two, and the square of the blur to 0.58 of what is assumed.
 pub const AVERAGING_SIGMA: f64 = 0.5;
+/// Square of the blur of the lens and its pixels, px²: between nothing and one pixel (one σ), a rectangular distribution.
+pub const BLUR_SQUARED_PX2: f64 = 0.5;
+/// Largest gap in a line of the cloud that was one line to the extraction, as a fraction of the columns that affect a
+/// point: cutting a line into pieces removes 0.8 line widths, of the 3.3 that the longest window has on either side.
+pub const COURSE_MAX_GAP: f64 = 0.3;
+/// Largest slope of a line, rows per column: the extraction detects lines of up to 75°.
+pub const COURSE_MAX_SLOPE: f64 = 4.0;
+/// Least brightness of a line relative to a surface that faces the light, near its shadow.
+pub const COURSE_MIN_BRIGHTNESS: f64 = 0.05;
 
 /// Number of frames with the same speckle, times their distance, in thicknesses of the sheet: the integral 2√π of the
 /// correlation exp(−Δ²/4s²) over the travel (eq. 5).

@@ -196,6 +196,9 @@ pub const ALONG_MIN_HALF_LENGTH: usize = 3;
 /// A longer window is used while its estimate agrees with the shorter one's within this many standard deviations of
 /// their difference; otherwise the line bends there and the shorter one keeps the detail.
 pub const ALONG_AGREEMENT_SIGMAS: f64 = 3.0;
+/// Least variance of that difference, as a fraction of the shorter window's: near the end of a line both windows hold
+/// nearly the same crossings.
+pub const ALONG_MIN_DIFFERENCE: f64 = 0.1;
 
 /// Lag, in columns, of the third differences that measure the scatter of the points.
 pub const SCATTER_LAG: usize = 4;

@@ -13,17 +13,7 @@ use vision::AveragingBias;
 
 use crate::fitting::sample::Samples;
 use crate::interface::shape::Shape;
-
-/// Largest gap in a line of the cloud that was one line to the extraction, as a fraction of the columns that affect a
-/// point: cutting a line into pieces removes 0.8 line widths, of the 3.3 that the longest window has on either side.
-const MAX_GAP: f64 = 0.3;
-/// Largest slope of a line, rows per column: the extraction detects lines of up to 75°.
-const MAX_SLOPE: f64 = 4.0;
-
-/// Square of the blur of the lens and its pixels, px²: between nothing and one pixel (one σ), a rectangular distribution.
-const BLUR_SQUARED_PX2: f64 = 0.5;
-/// Least brightness relative to a surface that faces the light, near its shadow.
-const MIN_BRIGHTNESS: f64 = 0.05;
+use crate::params::{BLUR_SQUARED_PX2, COURSE_MAX_GAP, COURSE_MAX_SLOPE, COURSE_MIN_BRIGHTNESS};
 
 /// The course of a line at a point.
 #[derive(Debug, Clone)]
@@ -116,7 +106,7 @@ impl Course {
                 let (before, after) = (before?, after?);
                 let [first, last] = [before, after].map(|(k, row_px)| {
                     let normal = (from_centre + column * k + row * row_px).normalize();
-                    normal.dot(&to_light).max(MIN_BRIGHTNESS)
+                    normal.dot(&to_light).max(COURSE_MIN_BRIGHTNESS)
                 });
                 let slope = (after.1 - before.1) / 2.0;
                 let curvature = before.1 + after.1 - 2.0 * there;
@@ -142,12 +132,12 @@ fn continues(samples: &Samples, sample_idx: u32, runs_along_u: bool, reach: usiz
         let (u, v) = (f64::from(point.u_px), f64::from(point.v_px));
         if runs_along_u { (u, v) } else { (v, u) }
     };
-    let max_gap = 1.0 + MAX_GAP * reach as f64;
+    let max_gap = 1.0 + COURSE_MAX_GAP * reach as f64;
     let follows = |pair: &&[CloudPoint]| {
         let [first, second] = [along_across(&pair[0]), along_across(&pair[1])];
         let gap = (second.0 - first.0).abs();
         let is_same_line = pair[0].frame == pair[1].frame && pair[0].order == pair[1].order;
-        is_same_line && gap <= max_gap && (second.1 - first.1).abs() <= MAX_SLOPE * gap
+        is_same_line && gap <= max_gap && (second.1 - first.1).abs() <= COURSE_MAX_SLOPE * gap
     };
     let own = along_across(&points[own_idx]).0;
     let distance = |last: Option<&CloudPoint>| {

@@ -68,7 +68,7 @@ pub(crate) fn budget(
     if correction != 0.0 {
         notes.push(format!(
             "the value was corrected by {:+.1} µm for the thickness of the lines on the curved surface and by {:+.1} µm for \
-             averaging along them, which contribute {:.1} µm to the systematic part of u",
+             averaging along them and the lens's blur, which contribute {:.1} µm to the systematic part of u",
             1e3 * thickness,
             1e3 * averaging,
             1e3 * of_curves
@@ -111,7 +111,7 @@ fn expansion(measurand: &Measurand, value: f64) -> f64 {
 struct Curved {
     /// For their thickness; `None` if it is unknown.
     thickness: Option<f64>,
-    /// For averaging along them.
+    /// For averaging along them and the blur of the lens.
     averaging: f64,
 }
 

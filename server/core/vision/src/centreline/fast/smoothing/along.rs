@@ -16,7 +16,8 @@ use crate::centreline::fast::across::pieces::{Crossings, Piece};
 use crate::centreline::fast::lanes::{LANES, Numbers};
 use crate::centreline::lines::scatter::Scatter;
 use crate::params::{
-    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
+    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_DIFFERENCE,
+    ALONG_MIN_HALF_LENGTH,
 };
 
 /// Fits local parabolas along lines; its memory is reused from image to image.
@@ -156,7 +157,7 @@ impl Averager {
                 let variances = Along { numbers: &self.variances, at: self.longest + block.start };
                 valid = self.windows[idx].cut_means(block, rows, variances, &mut next);
             }
-            let noise = (mean.variance - next.variance).max(mean.variance * 0.1);
+            let noise = (mean.variance - next.variance).max(mean.variance * ALONG_MIN_DIFFERENCE as f32);
             let departure = next.value - mean.value;
             let allowed = window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
             let mut contradicts = (departure * departure).where_over(allowed, valid, zero);

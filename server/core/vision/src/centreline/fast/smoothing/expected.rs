@@ -4,7 +4,7 @@ use super::along::half_lengths;
 use super::departures::Departure;
 use super::kernels::{Kernel, Kernels, MAX_LAG};
 use crate::centreline::fast::lanes::LANES;
-use crate::params::{ALONG_AGREEMENT_SIGMAS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH};
+use crate::params::{ALONG_AGREEMENT_SIGMAS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_DIFFERENCE, ALONG_MIN_HALF_LENGTH};
 
 /// Correlation length of points that are averages of a window, per column of its half-length plus one: the inverse of the
 /// sum of its squared weights, within 2 % for 6 columns and more.
@@ -61,17 +61,17 @@ impl AveragingBias {
         self.departures.iter().map(Departure::reach).fold(longest, usize::max)
     }
 
-    /// Expected error of the row at index `at` of a line with these true rows, px, with σ of its point. The line ends where
-    /// the rows do.
+    /// Expected error of the row at index `at` of a line with these true rows, one per column, px; `sigma_px`: of its point.
+    /// The line ends where the rows do. 0 where no window holds enough columns.
     pub fn at(&self, rows_px: &[f32], at: usize, sigma_px: f64) -> f64 {
         let candidates: Vec<Candidate> =
             (0..self.windows.len()).filter_map(|idx| self.candidate(idx, rows_px, at)).collect();
-        // Of its point: what is measured at a crossing has more noise.
         let is_used = |n: &usize| {
+            // Of a crossing, if the point is the mean of this window.
             let variance = sigma_px * sigma_px / candidates[n - 1].gain;
             let limit = ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS * variance;
             candidates[..*n].windows(2).all(|pair| {
-                let noise = (pair[0].gain - pair[1].gain).max(0.1 * pair[0].gain);
+                let noise = (pair[0].gain - pair[1].gain).max(ALONG_MIN_DIFFERENCE * pair[0].gain);
                 (pair[1].bias_px - pair[0].bias_px).powi(2) <= limit * noise
                     && self.departs(pair[1].idx, rows_px, at).is_none_or(|(departure_px, gain)| {
                         departure_px * departure_px <= limit * gain * pair[1].gain
