@@ -1,13 +1,13 @@
 //! `cargo xtask test`: all checks, in parallel where they need no common resource, and a list of what was not run.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
 use crate::command::{Outcome, cargo, run, run_line_by_line, say, side_by_side, succeeds, target_folder};
 use crate::docker_check::{docker_check, ensure_station_base};
-use crate::linted::{as_linted, document, linted, stand_in};
+use crate::linted::{document, in_background, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::session_weight::LowWeight;
 use crate::steps::{debug_program, is_root};
@@ -17,8 +17,7 @@ use crate::unchanged::{Executables, record};
 /// Slots of a processor that `.config/nextest.toml` divides among tests.
 const SLOTS_PER_PROCESSOR: usize = 4;
 
-/// All checks. Steps that need cargo's build folder run in sequence; the page, its checks, and downloads run beside
-/// them. Tests run without other steps beside them, since some of them check promised times.
+/// All checks. Steps that compile run in sequence; the page, its checks, and downloads run beside them.
 pub fn test() -> Outcome {
     let started = Instant::now();
     ensure_component("fmt", "rustfmt")?;
@@ -30,8 +29,7 @@ pub fn test() -> Outcome {
     let stand_in = stand_in()?;
     let compile = || {
         let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
-        run("build and lints", linted(&build).args(features))?;
-        document(features, &stand_in)
+        run("build and lints", linted(&build).args(features))
     };
     let with_root = is_root();
     let beside = || {
@@ -53,15 +51,16 @@ pub fn test() -> Outcome {
         check_page()
     };
     side_by_side(compile, beside)?;
-    let low_weight = LowWeight::begin();
-    let closing = run_tests(nextest, features, &installed, &mut not_run)?;
-    drop(low_weight);
-    test_in_browser(&debug_program())?;
-    if with_root {
-        docker_check(Some(&debug_program()))?;
-    } else {
+    if !with_root {
         not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
     }
+    let outside = || {
+        test_in_browser(&debug_program())?;
+        if with_root { docker_check(Some(&debug_program())) } else { Ok(()) }
+    };
+    let low_weight = LowWeight::begin();
+    let closing = run_tests(nextest, features, &stand_in, outside, &installed, &mut not_run)?;
+    drop(low_weight);
     println!("\n── all checks passed in {} s; the test runner's summary:", started.elapsed().as_secs());
     closing.iter().for_each(|line| println!("{line}"));
     println!("── {} not run", not_run.len());
@@ -80,11 +79,15 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     }
 }
 
-/// Runs the tests (with nextest where it is installed: those that mostly wait beside those that compute), adds those
-/// with missing requirements to `not_run`, and returns the runner's closing lines.
+/// Runs the tests, adds those with missing requirements to `not_run`, and returns the runner's closing lines.
+///
+/// What computes runs at a low priority (documentation, then tests), and beside it what mostly waits: tests of promised
+/// times, then `outside`, the checks of the whole program. Without nextest one runs after the other.
 fn run_tests(
     nextest: bool,
     features: &[&str],
+    stand_in: &Path,
+    outside: impl FnOnce() -> Outcome + Send,
     installed: &[(&str, PathBuf)],
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
@@ -109,21 +112,23 @@ fn run_tests(
         let (mut computing, mut waiting) = (Vec::new(), Vec::new());
         side_by_side(
             || {
-                let mut nice = Command::new("nice");
-                nice.args(["-n", "10", "cargo"]).args(profile("computing"));
-                computing = tests(as_linted(nice))?;
+                document(features, stand_in)?;
+                computing = tests(in_background(&profile("computing")))?;
                 Ok(())
             },
             || {
                 waiting = tests(linted(&profile("waiting")))?;
-                Ok(())
+                outside()
             },
         )?;
         computing.extend(waiting);
         computing
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
-        tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?
+        document(features, stand_in)?;
+        let closing = tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?;
+        outside()?;
+        closing
     };
     let recorded = std::fs::read_to_string(recorded)?;
     match &executables {

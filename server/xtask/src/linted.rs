@@ -41,8 +41,15 @@ pub fn linted(arguments: &[&str]) -> Command {
     as_linted(cargo(arguments))
 }
 
+/// The same at a low priority, for what computes while something else has promised times.
+pub fn in_background(arguments: &[&str]) -> Command {
+    let mut nice = Command::new("nice");
+    nice.args(["-n", "10", "cargo"]).args(arguments);
+    as_linted(nice)
+}
+
 /// The same for a command that calls cargo.
-pub fn as_linted(mut command: Command) -> Command {
+fn as_linted(mut command: Command) -> Command {
     command.current_dir(workspace());
     without_own_package(&mut command);
     // How `cargo clippy` passes arguments to the driver.
@@ -60,7 +67,7 @@ pub fn stand_in() -> Outcome<PathBuf> {
 
 /// Documents all libraries, where a broken link is an error, and runs the examples in them.
 pub fn document(features: &[&str], stand_in: &Path) -> Outcome {
-    let mut command = linted(&["test", "--workspace", "--doc", "--quiet"]);
+    let mut command = in_background(&["test", "--workspace", "--doc", "--quiet"]);
     command.args(features).env("RUSTDOC", stand_in).env(DOCUMENTED_INTO, target_folder().join("doc"));
     let mut lines = Vec::new();
     run_line_by_line("documentation", command, |line| lines.push(line.to_owned()))?;
