@@ -4,7 +4,7 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   test: {
     include: ["browser/**/*.test.ts"],
-    globalSetup: "browser/calibrated.ts",
+    globalSetup: "browser/support/calibrated.ts",
     minWorkers: 1,
     maxWorkers: 2,
     testTimeout: 180_000,

@@ -12,8 +12,8 @@
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import type { CDPSession } from "playwright-core";
 import { expect, test } from "vitest";
-import { launch, NO_GRAPHICS, picture } from "../harness";
-import { Server } from "../server";
+import { launch, NO_GRAPHICS, picture } from "../support/harness";
+import { Server } from "../support/server";
 
 const SECONDS = Number(process.env.LIVE_COST_S ?? 0);
 

@@ -9,8 +9,8 @@
  */
 
 import { expect, test } from "vitest";
-import { launch, NO_GRAPHICS } from "../harness";
-import { Server } from "../server";
+import { launch, NO_GRAPHICS } from "../support/harness";
+import { Server } from "../support/server";
 
 /** Duration of the measurement; without it the test is skipped. */
 const MINUTES = Number(process.env.LIVE_MEMORY_MINUTES ?? 0);

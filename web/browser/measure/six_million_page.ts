@@ -2,7 +2,7 @@
 
 import { CloudViewer } from "../../src/scene/view/viewer";
 import { decode } from "../../src/stream/protocol";
-import { blockBytes } from "../../tests/blocks";
+import { blockBytes } from "../../tests/scene/blocks";
 
 /** Blocks a second: a camera at 120 Hz. */
 const RATE_HZ = 120;
