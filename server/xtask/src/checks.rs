@@ -51,16 +51,15 @@ pub fn test() -> Outcome {
         check_page()
     };
     side_by_side(compile, beside)?;
-    if !with_root {
+    let low_weight = LowWeight::begin();
+    let closing = run_tests(nextest, features, &stand_in, &installed, &mut not_run)?;
+    drop(low_weight);
+    test_in_browser(&debug_program())?;
+    if with_root {
+        docker_check(Some(&debug_program()))?;
+    } else {
         not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
     }
-    let outside = || {
-        test_in_browser(&debug_program())?;
-        if with_root { docker_check(Some(&debug_program())) } else { Ok(()) }
-    };
-    let low_weight = LowWeight::begin();
-    let closing = run_tests(nextest, features, &stand_in, outside, &installed, &mut not_run)?;
-    drop(low_weight);
     println!("\n── all checks passed in {} s; the test runner's summary:", started.elapsed().as_secs());
     closing.iter().for_each(|line| println!("{line}"));
     println!("── {} not run", not_run.len());
@@ -81,13 +80,12 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
 
 /// Runs the tests, adds those with missing requirements to `not_run`, and returns the runner's closing lines.
 ///
-/// What computes runs at a low priority (documentation, then tests), and beside it what mostly waits: tests of promised
-/// times, then `outside`, the checks of the whole program. Without nextest one runs after the other.
+/// What computes runs at a low priority (documentation, then tests), and beside it the tests that mostly wait, some of them
+/// for promised times. Without nextest one runs after the other.
 fn run_tests(
     nextest: bool,
     features: &[&str],
     stand_in: &Path,
-    outside: impl FnOnce() -> Outcome + Send,
     installed: &[(&str, PathBuf)],
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
@@ -112,34 +110,32 @@ fn run_tests(
         let (mut computing, mut waiting) = (Vec::new(), Vec::new());
         side_by_side(
             || {
-                document(features, stand_in)?;
+                document(features, stand_in, &passed)?;
                 computing = tests(in_background(&profile("computing")))?;
                 Ok(())
             },
             || {
                 waiting = tests(linted(&profile("waiting")))?;
-                outside()
+                Ok(())
             },
         )?;
         computing.extend(waiting);
         computing
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
-        document(features, stand_in)?;
-        let closing = tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?;
-        outside()?;
-        closing
+        document(features, stand_in, &[])?;
+        tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?
     };
     let recorded = std::fs::read_to_string(recorded)?;
-    match &executables {
-        // Tests without their requirements have not passed.
-        Some(executables) if recorded.is_empty() => executables.record_passed()?,
-        _ => Executables::delete_record(),
+    if let Some(executables) = &executables {
+        let packages = recorded.lines().filter_map(|line| line.split_once(' ')).map(|(package, _)| package);
+        executables.record_passed(&packages.collect())?;
     }
     if !passed.is_empty() {
         let file = record();
         not_run.insert(format!(
-            "{} test executables that passed and whose inputs are unchanged (to run them, delete {})",
+            "{} test executables that passed and whose inputs are unchanged, and the documentation of their libraries (to \
+             run them, delete {})",
             passed.len(),
             file.display()
         ));

@@ -17,6 +17,10 @@ use crate::command::{Outcome, cargo, run_line_by_line, target_folder, without_ow
 /// Names the folder of the documentation to this program when cargo calls it in rustdoc's place.
 const DOCUMENTED_INTO: &str = "SHEAF_DOCUMENTED_INTO";
 
+/// Names the packages, separated by spaces, that this program must not document then. Cargo is asked for all of them: it would
+/// build the others with other features.
+const UNCHANGED: &str = "SHEAF_DOCUMENTED_BEFORE";
+
 /// Set for the processes that [`as_rustdoc`] starts.
 const BESIDE_OTHERS: &str = "SHEAF_DOCUMENTED_BESIDE_OTHERS";
 
@@ -65,9 +69,11 @@ pub fn stand_in() -> Outcome<PathBuf> {
     Ok(copy)
 }
 
-/// Documents all libraries, where a broken link is an error, and runs the examples in them.
-pub fn document(features: &[&str], stand_in: &Path) -> Outcome {
+/// Documents libraries, where a broken link is an error, and runs the examples in them: all but those whose unit tests are
+/// among the executables that `passed` in their current state.
+pub fn document(features: &[&str], stand_in: &Path, passed: &[&str]) -> Outcome {
     let mut command = in_background(&["test", "--workspace", "--doc", "--quiet"]);
+    command.env(UNCHANGED, passed.join(" "));
     command.args(features).env("RUSTDOC", stand_in).env(DOCUMENTED_INTO, target_folder().join("doc"));
     let mut lines = Vec::new();
     run_line_by_line("documentation", command, |line| lines.push(line.to_owned()))?;
@@ -96,6 +102,8 @@ pub fn as_rustdoc() -> Option<ExitCode> {
     let [requested, documented] = WORDS.map(|words| format!("{words}{library}"));
     let succeeded = if !arguments.iter().any(|argument| argument == "--test") {
         rustdoc(&arguments)
+    } else if is_unchanged() {
+        true
     } else if std::env::var_os(BESIDE_OTHERS).is_none() {
         println!("{requested}");
         started_beside_others(&arguments)
@@ -108,6 +116,13 @@ pub fn as_rustdoc() -> Option<ExitCode> {
         succeeded
     };
     Some(if succeeded { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Whether the package of the library that rustdoc is called for is among the unchanged ones.
+fn is_unchanged() -> bool {
+    let unchanged = std::env::var(UNCHANGED).unwrap_or_default();
+    let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
+    unchanged.split(' ').any(|name| name == package)
 }
 
 /// The name of the library that rustdoc is called for.
