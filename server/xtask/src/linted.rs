@@ -109,7 +109,9 @@ pub fn as_rustdoc() -> Option<ExitCode> {
         started_beside_others(&arguments)
     } else {
         let turn = turn();
-        let succeeded = turn.is_ok() && rustdoc(&documenting(&arguments, &folder)) && rustdoc(&arguments);
+        let succeeded = turn.is_ok()
+            && rustdoc(&documenting(&arguments, &folder))
+            && (!has_examples(&arguments) || rustdoc(&arguments));
         if succeeded {
             println!("{documented}");
         }
@@ -129,6 +131,27 @@ fn is_unchanged() -> bool {
 fn library(arguments: &[OsString]) -> String {
     let name = arguments.iter().skip_while(|argument| *argument != "--crate-name").nth(1);
     name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Whether a file of the library contains an example; rustdoc would analyse all of the library to find that none does.
+fn has_examples(arguments: &[OsString]) -> bool {
+    let root =
+        arguments.iter().map(Path::new).find(|path| path.extension().is_some_and(|extension| extension == "rs"));
+    // What cannot be read is rustdoc's to report.
+    root.and_then(Path::parent).is_none_or(|folder| holds_example(folder).unwrap_or(true))
+}
+
+fn holds_example(path: &Path) -> std::io::Result<bool> {
+    if !path.is_dir() {
+        let is_code = path.extension().is_some_and(|extension| extension == "rs");
+        return Ok(is_code && std::fs::read_to_string(path)?.contains("```"));
+    }
+    for entry in std::fs::read_dir(path)? {
+        if holds_example(&entry?.path())? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Starts this program again with the same arguments; returns whether it could be started. It is not waited for: `document`
@@ -186,6 +209,19 @@ mod tests {
         let lines: Vec<String> = lines.iter().map(|line| format!("── {line}")).collect();
         assert_eq!(undocumented(&lines), ["stl"]);
         assert_eq!(undocumented(&lines[1..]), [""; 0]);
+    }
+
+    #[test]
+    fn only_a_library_with_an_example_has_one() {
+        let folder = std::env::temp_dir().join(format!("sheaf-xtask-examples-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("inner")).unwrap();
+        let arguments =
+            ["--crate-name", "optics", folder.join("lib.rs").to_str().unwrap(), "--test"].map(OsString::from);
+        std::fs::write(folder.join("lib.rs"), "//! Words.").unwrap();
+        assert!(!has_examples(&arguments));
+        std::fs::write(folder.join("inner/mod.rs"), "//! ```\n//! assert!(true);\n//! ```").unwrap();
+        assert!(has_examples(&arguments));
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
