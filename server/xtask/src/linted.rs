@@ -27,6 +27,9 @@ const BESIDE_OTHERS: &str = "SHEAF_DOCUMENTED_BESIDE_OTHERS";
 /// What is printed of a library when its documentation is requested, and when that and its examples have succeeded.
 const WORDS: [&str; 2] = ["── to be documented: ", "── documented: "];
 
+/// What an example begins with, in Markdown fenced or indented, or what may bring one from elsewhere.
+const EXAMPLES: [&str; 6] = ["```", "~~~", "///     ", "//!     ", "#[doc =", "#![doc ="];
+
 /// Between two attempts to be the next to document a library.
 const NEXT_TRY: Duration = Duration::from_millis(20);
 
@@ -124,7 +127,7 @@ pub fn as_rustdoc() -> Option<ExitCode> {
 fn is_unchanged() -> bool {
     let unchanged = std::env::var(UNCHANGED).unwrap_or_default();
     let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
-    unchanged.split(' ').any(|name| name == package)
+    unchanged.split_whitespace().any(|name| name == package)
 }
 
 /// The name of the library that rustdoc is called for.
@@ -144,7 +147,8 @@ fn has_examples(arguments: &[OsString]) -> bool {
 fn holds_example(path: &Path) -> std::io::Result<bool> {
     if !path.is_dir() {
         let is_code = path.extension().is_some_and(|extension| extension == "rs");
-        return Ok(is_code && std::fs::read_to_string(path)?.contains("```"));
+        let text = if is_code { std::fs::read_to_string(path)? } else { String::new() };
+        return Ok(EXAMPLES.iter().any(|mark| text.contains(mark)));
     }
     for entry in std::fs::read_dir(path)? {
         if holds_example(&entry?.path())? {
@@ -219,8 +223,10 @@ mod tests {
             ["--crate-name", "optics", folder.join("lib.rs").to_str().unwrap(), "--test"].map(OsString::from);
         std::fs::write(folder.join("lib.rs"), "//! Words.").unwrap();
         assert!(!has_examples(&arguments));
-        std::fs::write(folder.join("inner/mod.rs"), "//! ```\n//! assert!(true);\n//! ```").unwrap();
-        assert!(has_examples(&arguments));
+        for example in ["//! ```\n//! assert!(true);\n//! ```", "/// Words.\n///\n///     assert!(true);"] {
+            std::fs::write(folder.join("inner/mod.rs"), example).unwrap();
+            assert!(has_examples(&arguments), "{example}");
+        }
         std::fs::remove_dir_all(&folder).unwrap();
     }
 
