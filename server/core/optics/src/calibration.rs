@@ -84,6 +84,7 @@ const MIN_ACROSS: f64 = 0.1;
 /// pixel and n the normal, σ_r = |g|² / |g·n| · σ. A shift along the line itself changes nothing.
 ///
 /// [`MIN_ACROSS`] bounds it for a line that no extraction would follow.
+#[inline]
 pub(crate) fn range_sigma_mm(range_by_pixel: &Vector2<f64>, normal: &[f64; 2], sigma_px: f64) -> f64 {
     let steepest = range_by_pixel.norm();
     let across = range_by_pixel.x * normal[0] + range_by_pixel.y * normal[1];

@@ -81,6 +81,7 @@ pub struct RayHit {
 impl RayHit {
     /// Standard deviation of the surface's distance along this ray, mm, where a line with the unit `normal` in the image has
     /// noise of `sigma_px` along it.
+    #[inline]
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
         range_sigma_mm(&self.range_by_pixel, normal, sigma_px)
     }

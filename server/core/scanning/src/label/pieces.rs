@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::input::line_step::{in_focus_width_px, largest_step_px};
+use crate::input::line_step::{largest_step_px, smallest_limit_px};
 use crate::params::{
     CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
     KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
@@ -66,10 +66,9 @@ impl Piece {
     }
 }
 
-/// The pieces of one frame, ordered by segment, then along the line.
-pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
-    let mut pieces = Vec::new();
-    let width_px = in_focus_width_px(lines);
+/// The pieces of one frame, ordered by segment, then along the line. `width_px`: full width of its lines in focus.
+pub fn pieces_of_frame(lines: &Centrelines, frame: usize, width_px: f64) -> Vec<Piece> {
+    let (mut pieces, direction) = (Vec::new(), lines.direction);
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
         for (first, end) in cut_at_kinks(segment, direction, width_px, lines.correlation_px) {
             if end - first < MIN_PIECE_POINTS {
@@ -83,15 +82,15 @@ pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirecti
     pieces
 }
 
-/// The ends of a frame's pieces that may be joints of lines.
-pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDirection) -> Vec<Joint> {
+/// The ends of a frame's pieces that may be joints of lines. `width_px`: full width of its lines in focus.
+pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, width_px: f64) -> Vec<Joint> {
     let mut joints = Vec::with_capacity(2 * pieces.len());
     for piece in pieces {
         let points = piece.points(lines);
         let (start, end) = (piece.along, piece.along + points.len() as i64);
         let joint = |along: i64, point: &CentrelinePoint, starts: bool| Joint {
             along,
-            across_px: point.along_across(direction).1,
+            across_px: point.along_across(lines.direction).1,
             sigma_px: point.sigma_px,
             starts,
             segment: piece.segment,
@@ -99,7 +98,7 @@ pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDir
         joints.push(joint(start, &points[0], true));
         joints.push(joint(end, &points[points.len() - 1], false));
     }
-    remove_ends_at_small_gaps(&mut joints, in_focus_width_px(lines), lines.correlation_px);
+    remove_ends_at_small_gaps(&mut joints, width_px, lines.correlation_px);
     joints
 }
 
@@ -117,15 +116,9 @@ pub fn joints_nearby(joints: &[Vec<Joint>], travel_order: &[usize]) -> Vec<Vec<J
 }
 
 /// Cuts the pieces of a frame where the same line ends or is cut in one of the frames before and after: a joint hidden
-/// in one frame is visible in its neighbours.
-pub fn cut_at_joints(
-    pieces: &[Piece],
-    lines: &Centrelines,
-    direction: LineDirection,
-    nearby: &[Joint],
-) -> Vec<Piece> {
-    let width_px = in_focus_width_px(lines);
-    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, width_px, nearby)).collect()
+/// in one frame is visible in its neighbours. `width_px`: full width of its lines in focus.
+pub fn cut_at_joints(pieces: &[Piece], lines: &Centrelines, width_px: f64, nearby: &[Joint]) -> Vec<Piece> {
+    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, width_px, nearby)).collect()
 }
 
 /// An end of a piece.
@@ -163,13 +156,7 @@ fn remove_ends_at_small_gaps(joints: &mut Vec<Joint>, width_px: f64, correlation
     *joints = kept;
 }
 
-fn cut_piece(
-    piece: Piece,
-    lines: &Centrelines,
-    direction: LineDirection,
-    width_px: f64,
-    joints: &[Joint],
-) -> Vec<Piece> {
+fn cut_piece(piece: Piece, lines: &Centrelines, width_px: f64, joints: &[Joint]) -> Vec<Piece> {
     let spacing = (JOINT_SPACING_WIDTHS * width_px).round().max(MIN_PIECE_POINTS as f64) as i64;
     let end = piece.along + piece.n_points() as i64;
     let mut places = vec![piece.along];
@@ -178,7 +165,7 @@ fn cut_piece(
             break;
         }
         let near = piece.point_at(lines, *along).is_some_and(|point| {
-            (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_WIDTHS * width_px
+            (point.along_across(lines.direction).1 - across_px).abs() < JOINT_REACH_WIDTHS * width_px
         });
         if near && places[places.len() - 1] + spacing <= *along && along + spacing <= end {
             places.push(*along);
@@ -216,16 +203,19 @@ fn cut_at_kinks(
         STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
     let steps = steps(&across, &noise_px, &limits);
     let trim = cut_trim(width_px);
+    let smallest_jump_px = smallest_limit_px(width_px);
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
         let point = &segment.points[idx];
-        let jump = (across[idx] - across[idx - 1]).abs() > largest_step_px(point, width_px, direction);
+        let moved_px = (across[idx] - across[idx - 1]).abs();
+        let jump = || moved_px > smallest_jump_px && moved_px > largest_step_px(point, width_px, direction);
         // A bend is a second difference: √6 times the noise of one point.
-        let bend_sigma = 6f64.sqrt() * point.sigma_px / span as f64;
-        let kink = bends[idx] > KINK_SLOPE.max(KINK_SIGMAS * bend_sigma) && is_peak(&bends, idx, span);
-        let step = steps[idx] > 1.0 && is_peak(&steps, idx, span);
-        if jump || kink || step {
+        let bend_sigma = || 6f64.sqrt() * point.sigma_px / span as f64;
+        let kink =
+            || bends[idx] > KINK_SLOPE && bends[idx] > KINK_SIGMAS * bend_sigma() && is_peak(&bends, idx, span);
+        let step = || steps[idx] > 1.0 && is_peak(&steps, idx, span);
+        if jump() || kink() || step() {
             ranges.push((first, idx.saturating_sub(trim)));
             first = idx + trim;
         }

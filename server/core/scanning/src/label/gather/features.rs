@@ -11,7 +11,7 @@ use crate::error::ScanError;
 use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
 use crate::input::line_step::in_focus_width_px;
 use crate::input::motions::FrameMotion;
-use crate::label::columns::{Columns, pieces_of};
+use crate::label::columns::pieces_of;
 use crate::label::pieces::{self, Joint, Piece};
 
 /// The pieces of all frames with their features.
@@ -73,18 +73,19 @@ pub struct CutLines {
 /// the sequence of their stage positions.
 pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLines, ScanError> {
     let found = of_every_frame(frames, |frame, lines| {
-        let pieces = pieces::pieces_of_frame(lines, frame, lines.direction);
-        let joints = pieces::joints_of_frame(&pieces, lines, lines.direction);
-        ((pieces, joints), (lines.direction, in_focus_width_px(lines)))
+        let width_px = in_focus_width_px(lines);
+        let pieces = pieces::pieces_of_frame(lines, frame, width_px);
+        let joints = pieces::joints_of_frame(&pieces, lines, width_px);
+        ((pieces, joints), (lines.direction, width_px))
     })?;
     let (found, properties): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = properties.into_iter().unzip();
-    widths_px.retain(|width_px| *width_px > 0.0);
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
     let nearby = pieces::joints_nearby(&joints, travel_order);
     let cut = of_every_frame(frames, |frame, lines| {
-        pieces::cut_at_joints(&pieces[frame], lines, lines.direction, &nearby[frame])
+        pieces::cut_at_joints(&pieces[frame], lines, widths_px[frame], &nearby[frame])
     })?;
+    widths_px.retain(|width_px| *width_px > 0.0);
     let pieces = cut.into_iter().flatten().collect();
     Ok(CutLines { pieces, directions, width_px: median(&mut widths_px).unwrap_or(0.0) })
 }
@@ -106,12 +107,13 @@ impl OneFrameFeatures {
         let follows = |idx: usize| {
             idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, width_px, view.direction)
         };
-        let columns = Columns::new(pieces, frame, lines, view.direction);
+        let joined = own.clone().map(follows).collect();
+        let pieces = &pieces[own.clone()];
         Self {
-            shared_columns: shared_columns(&samples.all, &columns),
-            ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
-            joined: own.clone().map(follows).collect(),
-            widths_px: pieces[own.clone()].iter().map(|piece| mean_width_px(piece, lines)).collect(),
+            shared_columns: shared_columns(&samples, pieces, own.start, (lines, view.direction)),
+            ends: pieces.iter().map(|piece| ends_of(piece.points(lines), view.direction)).collect(),
+            joined,
+            widths_px: pieces.iter().map(|piece| mean_width_px(piece, lines)).collect(),
             samples,
         }
     }
@@ -121,10 +123,4 @@ impl OneFrameFeatures {
 fn mean_width_px(piece: &Piece, lines: &Centrelines) -> f64 {
     let widths = piece.points(lines).iter().map(|point| f64::from(point.width_px));
     widths.sum::<f64>() / piece.n_points() as f64
-}
-
-fn both_ends(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
-    let points = piece.points(lines).iter().map(|point| point.along_across(direction));
-    let (along, across): (Vec<f64>, Vec<f64>) = points.unzip();
-    ends_of(&along, &across)
 }

@@ -1,30 +1,52 @@
 //! Order of the lines across the image: within a scan column (row) orders increase across.
 
+use vision::{Centrelines, LineDirection};
+
 use super::evidence::Evidence;
-use super::hypotheses::Sample;
-use crate::label::columns::Columns;
+use super::hypotheses::Samples;
+use crate::label::pieces::Piece;
+use crate::label::sample_weight;
 use crate::params::RANK_COST;
 
 /// Number of samples that two pieces of one frame share: upper piece, lower piece, number; ordered by piece.
 pub type SharedColumns = Vec<(usize, usize, f64)>;
 
-/// The samples shared by the pieces of a frame. `samples`: those of its pieces, in their order.
-pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
-    let (first, n) = (columns.own.start, columns.own.len());
-    // Per (upper, lower): their shared samples.
-    let mut shared = vec![0.0; n * n];
-    for sample in samples {
-        let piece = &columns.pieces[sample.piece];
-        for other in columns.crossings(sample.along).filter(|other| other.piece != sample.piece) {
-            let (this, other, is_above) =
-                (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
-            let pair = if is_above { other * n + this } else { this * n + other };
+/// The samples shared by the pieces of a frame, which are numbered from `first_piece`.
+pub fn shared_columns(
+    samples: &Samples,
+    pieces: &[Piece],
+    first_piece: usize,
+    (lines, direction): (&Centrelines, LineDirection),
+) -> SharedColumns {
+    let mut by_start: Vec<usize> = (0..pieces.len()).collect();
+    by_start.sort_by_key(|&piece| pieces[piece].along);
+    // Samples of `this` in the columns of `other`: where that lies above, and where below.
+    let share = |this: usize, other: usize| {
+        let (mut above, mut below) = (0.0, 0.0);
+        let (other, of_this) = (&pieces[other], samples.of_piece(this));
+        let first = of_this.partition_point(|sample| sample.along < other.along);
+        for sample in of_this[first..].iter().take_while(|sample| sample.along < other.end_along()) {
+            let there = &other.points(lines)[(sample.along - other.along) as usize];
+            let is_above = there.along_across(direction).1 < sample.across_px;
             // Each of the two contributes half.
-            shared[pair] += 0.5 * crate::label::sample_weight(piece);
+            *(if is_above { &mut above } else { &mut below }) += 0.5 * sample_weight(&pieces[this]);
+        }
+        (above, below)
+    };
+    let mut shared = SharedColumns::new();
+    for (place, &this) in by_start.iter().enumerate() {
+        let overlapping =
+            by_start[place + 1..].iter().take_while(|&&other| pieces[other].along < pieces[this].end_along());
+        for &other in overlapping {
+            let ((other_above, other_below), (this_above, this_below)) = (share(this, other), share(other, this));
+            let (this, other) = (first_piece + this, first_piece + other);
+            shared.push((other, this, other_above + this_below));
+            shared.push((this, other, other_below + this_above));
         }
     }
-    let pairs = shared.into_iter().enumerate().filter(|(_, share)| *share > 0.0);
-    pairs.map(|(pair, share)| (first + pair / n, first + pair % n, share)).collect()
+    shared.retain(|(_, _, share)| *share > 0.0);
+    shared.sort_unstable_by_key(|(upper, lower, _)| (*upper, *lower));
+    shared
 }
 
 /// Adds a cost to every pair of labels in the wrong order, per shared sample.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vision::{Centrelines, LineDirection};
+use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
@@ -199,35 +199,26 @@ pub struct End {
     n_points: usize,
 }
 
-/// Both ends of a piece whose points lie at `along` and `across`, px.
-pub fn ends_of(along: &[f64], across: &[f64]) -> (End, End) {
-    (left_end(along, across), right_end(along, across))
+/// Both ends of a piece.
+pub fn ends_of(points: &[CentrelinePoint], direction: LineDirection) -> (End, End) {
+    let n = points.len().min(CONTINUATION_POINTS);
+    let (left, right) = (&points[..n], &points[points.len() - n..]);
+    (end_of(left, &left[0], direction), end_of(right, &right[n - 1], direction))
 }
 
-/// The left end of a piece.
-fn left_end(along: &[f64], across: &[f64]) -> End {
-    let n = along.len().min(CONTINUATION_POINTS);
-    end_of(&along[..n], &across[..n], along[0])
-}
-
-/// The right end of a piece.
-fn right_end(along: &[f64], across: &[f64]) -> End {
-    let last = along.len() - 1;
-    let tail = along.len() - along.len().min(CONTINUATION_POINTS);
-    end_of(&along[tail..], &across[tail..], along[last])
-}
-
-/// A straight line through points, evaluated at `place`.
-fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
-    let points = || along.iter().zip(across);
-    let n = along.len() as f64;
-    let mean = points().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
+/// A straight line through points, evaluated in the scan column (row) of `place`.
+fn end_of(points: &[CentrelinePoint], place: &CentrelinePoint, direction: LineDirection) -> End {
+    let points = || points.iter().map(|point| point.along_across(direction));
+    let n = points().len();
+    let sum = points().fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
+    let mean = (sum.0 / n as f64, sum.1 / n as f64);
     let (spread, covariance) = points().fold((0.0, 0.0), |(spread, covariance), p| {
         let along = p.0 - mean.0;
         (spread + along * along, covariance + along * (p.1 - mean.1))
     });
     let slope = if spread > 0.0 { covariance / spread } else { 0.0 };
-    End { along: place, across: mean.1 + slope * (place - mean.0), slope, n_points: along.len() }
+    let along = place.along_across(direction).0;
+    End { along, across: mean.1 + slope * (along - mean.0), slope, n_points: n }
 }
 
 /// Whether a line may continue across a gap of so many pixels.

@@ -4,8 +4,6 @@
 //! the other is not. The flow that saturates the minimum cut is kept, so that the cost of one more forced change is
 //! found by augmenting it. (Dinitz 1970; min-marginals from residual flow: Kohli and Torr 2008)
 
-use std::collections::VecDeque;
-
 /// Nodes, the costs of changing them, and the flow so far.
 #[derive(Debug, Clone)]
 pub struct MinCut {
@@ -24,6 +22,9 @@ pub struct MinCut {
     /// Per node: distance from the changed nodes, in the present phase.
     level: Vec<u32>,
     next_edge: Vec<u32>,
+    /// Memory used again: nodes in the sequence in which they were reached, and the edges of a path.
+    reached: Vec<u32>,
+    path: Vec<u32>,
 }
 
 /// Flow through an edge, or through the own cost of a node.
@@ -62,7 +63,9 @@ impl MinCut {
             (to[here as usize], back[here as usize]) = (from, there);
         }
         let (level, next_edge) = (vec![UNREACHED; n], vec![0; n]);
-        let mut cut = Self { first_edge, to, back, capacity, own, flow: Vec::new(), level, next_edge };
+        let (reached, path) = (Vec::with_capacity(n), Vec::new());
+        let mut cut =
+            Self { first_edge, to, back, capacity, own, flow: Vec::new(), level, next_edge, reached, path };
         cut.augment(None, f64::INFINITY);
         cut.flow.clear();
         cut
@@ -71,14 +74,14 @@ impl MinCut {
     /// Whether each node belongs to the best set of changes.
     pub fn best(&mut self) -> Vec<bool> {
         self.levels(None);
-        self.reached()
+        self.changed()
     }
 
     /// Whether each node is changed in the cheapest set of changes that includes `node`; `None` if that costs `limit`
     /// or more beyond the best set.
     pub fn best_with(&mut self, node: usize, limit: f64) -> Option<Vec<bool>> {
         let cost = self.augment(Some(node), limit);
-        let set = (cost < limit).then(|| self.reached());
+        let set = (cost < limit).then(|| self.changed());
         while let Some(flow) = self.flow.pop() {
             match flow {
                 Flow::Edge(edge, amount) => {
@@ -125,32 +128,37 @@ impl MinCut {
     /// node with a cost of its own is reached.
     fn levels(&mut self, forced: Option<usize>) -> bool {
         self.level.fill(UNREACHED);
-        let mut queue = VecDeque::new();
+        let mut queue = std::mem::take(&mut self.reached);
+        queue.clear();
         for node in 0..self.own.len() {
             if forced.map_or(self.own[node] < 0.0, |forced| forced == node) {
                 self.level[node] = 0;
-                queue.push_back(node);
+                queue.push(node as u32);
             }
         }
-        let mut found = false;
-        while let Some(node) = queue.pop_front() {
+        let (mut found, mut next) = (false, 0);
+        while let Some(&node) = queue.get(next) {
+            next += 1;
+            let node = node as usize;
             found |= self.own[node] > 0.0;
             for edge in self.first_edge[node]..self.first_edge[node + 1] {
                 let other = self.to[edge as usize] as usize;
                 if self.capacity[edge as usize] > 0.0 && self.level[other] == UNREACHED {
                     self.level[other] = self.level[node] + 1;
-                    queue.push_back(other);
+                    queue.push(other as u32);
                 }
             }
         }
+        self.reached = queue;
         found
     }
 
     /// Augments along one shortest path from `source`, by at most `most`; zero if there is none.
     fn augment_path(&mut self, source: usize, most: f64) -> f64 {
-        let mut path: Vec<u32> = Vec::new();
+        let mut path = std::mem::take(&mut self.path);
+        path.clear();
         let mut at = source;
-        loop {
+        let amount = loop {
             if self.own[at] > 0.0 {
                 let least = path.iter().map(|&edge| self.capacity[edge as usize]).fold(most, f64::min);
                 let amount = least.min(self.own[at]);
@@ -160,7 +168,7 @@ impl MinCut {
                     self.flow.push(Flow::Edge(edge, amount));
                 }
                 self.use_own_cost(at, amount);
-                return amount;
+                break amount;
             }
             let is_ahead = |edge: &u32| {
                 self.capacity[*edge as usize] > 0.0
@@ -176,9 +184,11 @@ impl MinCut {
                 at = self.to[self.back[last as usize] as usize] as usize;
                 self.next_edge[at] += 1;
             } else {
-                return 0.0;
+                break 0.0;
             }
-        }
+        };
+        self.path = path;
+        amount
     }
 
     fn use_own_cost(&mut self, node: usize, amount: f64) {
@@ -187,7 +197,7 @@ impl MinCut {
     }
 
     /// The nodes reached in the last phase: the changed ones.
-    fn reached(&self) -> Vec<bool> {
+    fn changed(&self) -> Vec<bool> {
         self.level.iter().map(|level| *level != UNREACHED).collect()
     }
 }
