@@ -25,10 +25,10 @@ pub fn in_focus_width_px(lines: &Centrelines) -> f64 {
 /// Largest step to the next scan column (row) within one line, px: half the extent of the line in its column
 /// (row), which increases with its slope. `width_px`: full width of lines at half their height.
 pub fn largest_step_px(point: &CentrelinePoint, width_px: f64, direction: LineDirection) -> f64 {
-    smallest_limit_px(width_px) / point.normal_across(direction).abs().max(MIN_NORMAL_ACROSS)
+    largest_level_step_px(width_px) / point.normal_across(direction).abs().max(MIN_NORMAL_ACROSS)
 }
 
-/// [`largest_step_px`] of a line without slope: no line's is smaller.
-pub fn smallest_limit_px(width_px: f64) -> f64 {
+/// [`largest_step_px`] of a line without slope, px; that of a sloping line is larger.
+pub fn largest_level_step_px(width_px: f64) -> f64 {
     KINK_STEP_WIDTHS * width_px
 }

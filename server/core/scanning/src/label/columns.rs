@@ -53,7 +53,7 @@ impl<'a> Columns<'a> {
     }
 
     /// All pieces that cross column (row) `along`.
-    pub fn crossings(&self, along: i64) -> impl Iterator<Item = Crossing> {
+    fn crossings(&self, along: i64) -> impl Iterator<Item = Crossing> {
         let block = usize::try_from(along.div_euclid(BLOCK_PX) - self.first_block).ok();
         let near = block.and_then(|block| self.of_blocks.get(block)).map_or(&[][..], Vec::as_slice);
         near.iter().filter_map(move |&piece| {

@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::input::line_step::{largest_step_px, smallest_limit_px};
+use crate::input::line_step::{largest_level_step_px, largest_step_px};
 use crate::params::{
     CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
     KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
@@ -203,13 +203,13 @@ fn cut_at_kinks(
         STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
     let steps = steps(&across, &noise_px, &limits);
     let trim = cut_trim(width_px);
-    let smallest_jump_px = smallest_limit_px(width_px);
+    let level_step_px = largest_level_step_px(width_px);
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
         let point = &segment.points[idx];
         let moved_px = (across[idx] - across[idx - 1]).abs();
-        let jump = || moved_px > smallest_jump_px && moved_px > largest_step_px(point, width_px, direction);
+        let jump = || moved_px > level_step_px && moved_px > largest_step_px(point, width_px, direction);
         // A bend is a second difference: √6 times the noise of one point.
         let bend_sigma = || 6f64.sqrt() * point.sigma_px / span as f64;
         let kink =

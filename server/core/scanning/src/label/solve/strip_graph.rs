@@ -100,11 +100,12 @@ impl StripGraph {
         let shifts = (0..2 * n_labels).map(|_| OnceLock::new()).collect();
         let mut graph =
             Self { n_labels, sizes, own, pairs, ranks, agreements, labels: of_strip, headroom: 0.0, shifts };
-        graph.headroom = graph.headroom();
+        graph.headroom = graph.greatest_gain();
         graph
     }
 
-    fn headroom(&self) -> f64 {
+    /// What a labelling would gain in which every strip had its best label and no two were in the wrong order.
+    fn greatest_gain(&self) -> f64 {
         if self.pairs.iter().any(|pairs| !pairs.is_empty()) {
             return f64::INFINITY;
         }
@@ -117,11 +118,11 @@ impl StripGraph {
             };
             beside.iter().filter(is_wrong).map(|beside| beside.cost)
         });
-        // Both strips of a pair have it.
+        // The cost of a pair stands with both of its strips.
         alone + 0.5 * in_ranks.sum::<f64>()
     }
 
-    /// The least cost of another label of a strip, however well all others adapt to it.
+    /// A bound of the cost of another label of a strip, however well all others adapt to it.
     pub fn least_cost(&self, strip: usize, rival: usize) -> f64 {
         let own = &self.own[strip * self.n_labels..][..self.n_labels];
         own[self.labels[strip]] - own[rival] - self.headroom
