@@ -11,29 +11,27 @@ mod gather;
 mod pieces;
 mod sections;
 mod solve;
+mod travel;
 mod union_find;
 
-use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
+use optics::{Calibration, DepthRangeMm, Triangulator};
 use vision::{CentrelinePoint, LineDirection};
 
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
 use crate::input::line_widths::LineWidths;
-use crate::input::motions::{Chart, FrameMotion};
-use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS,
-    SYSTEMATIC_SIGMAS, UNLABELLED_COST,
-};
+use crate::input::motions::FrameMotion;
+use crate::params::{CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS, UNLABELLED_COST};
 use gather::evidence::Evidence;
 use gather::hypotheses::Samples;
+use solve::stretch_bounds::StretchBounds;
 
 pub use gather::agreement::gradient;
 pub use gather::patches::{PatchGrid, ViewPoint};
 pub use gather::reference_view::ReferenceView;
 pub use pieces::Piece;
 pub use solve::inference::LabelOutcome;
-use statistics::median;
+pub use travel::{Travel, reference_view};
 
 /// Pieces of all frames with the outcome of each.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,7 +124,7 @@ pub fn label_frames(
         return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
     let is_scan = frames.n_frames() > 1;
-    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, with_widths: is_scan };
+    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, is_scan };
     let mut widths = None;
     if is_scan {
         let gather = |pieces, widths| gather_evidence(frames, motions, &travel, &view, (pieces, widths));
@@ -139,15 +137,21 @@ pub fn label_frames(
     }
     let (features, evidence, partners) =
         gather_evidence(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
-    let gather::features::FrameFeatures { pieces, samples, .. } = &features;
-    let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
+    let pieces = &features.pieces;
     let confirmation = is_scan.then_some(CONFIRMATION);
-    let doubtful_by_strip = |labels: &[usize]| {
-        let strips = gather::strips::strips(labels, samples, pieces, line_width_px, &partners, &reference_view);
-        let lengths = lengths_pitches(samples, pieces, &strips);
-        solve::strip_test::doubtful_by_strip(&evidence, labels, &strips, &lengths, is_scan)
+    let bounds = match is_scan {
+        true => None,
+        false => Some(StretchBounds::new(&evidence, pieces, &*lines_of(frames, 0)?, direction)),
     };
-    let (labels, accepted) = solve::inference::label_outcomes(&evidence, confirmation, doubtful_by_strip);
+    let doubtful_by_strip = |labels: &[usize]| {
+        let (strips, lengths) = match is_scan {
+            true => strips_with_lengths(&view, &travel, labels, (&features, &partners), line_width_px),
+            false => ((0..pieces.len()).collect(), Vec::new()),
+        };
+        solve::strip_test::doubtful_by_strip(&evidence, labels, &strips, &lengths, bounds.as_ref())
+    };
+    let (labels, accepted) =
+        solve::inference::label_outcomes(&evidence, confirmation, bounds.as_ref(), doubtful_by_strip);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut outcomes = accepted.clone();
@@ -200,6 +204,9 @@ fn gather_evidence(
     gather::tracks::add_continuations(&mut evidence, samples, pieces, ends);
     gather::tracks::add_joints(&mut evidence, joined);
     shared_columns.iter().for_each(|shared| gather::ranks::add_ranks(&mut evidence, shared));
+    if !view.is_scan {
+        return Ok((features, evidence, partners));
+    }
     let reference_view = reference_view(travel, calibration, view.depth_range_mm, direction);
     let scene = gather::agreement::Scene {
         samples,
@@ -211,6 +218,22 @@ fn gather_evidence(
     };
     gather::agreement::add_repeated_observations(&mut evidence, &scene);
     Ok((features, evidence, partners))
+}
+
+/// Per piece of a scan: its strip; and per strip: its length in line pitches.
+fn strips_with_lengths(
+    view: &gather::hypotheses::View,
+    travel: &Travel,
+    labels: &[usize],
+    (features, partners): (&gather::features::FrameFeatures, &gather::tracks::Partners),
+    line_width_px: f64,
+) -> (Vec<usize>, Vec<f64>) {
+    let gather::features::FrameFeatures { pieces, samples, .. } = features;
+    let calibration = view.triangulator.calibration();
+    let reference_view = reference_view(travel, calibration, view.depth_range_mm, view.direction);
+    let strips = gather::strips::strips(labels, samples, pieces, line_width_px, partners, &reference_view);
+    let lengths = lengths_pitches(samples, pieces, &strips);
+    (strips, lengths)
 }
 
 /// Per strip: the longest of its pieces in line pitches.
@@ -228,7 +251,7 @@ fn whole_pieces(
     (features, evidence, _): Gathered,
     view: &gather::hypotheses::View,
 ) -> (Vec<Piece>, Vec<usize>, LineWidths) {
-    let (labels, _) = solve::inference::best_labels(&evidence);
+    let (labels, _) = solve::inference::best_labels(&evidence, None);
     let orders = &view.triangulator.calibration().orders;
     let widths = gather::widths::learned(&features.samples, &labels, orders, view.depth_range_mm);
     (features.pieces, labels, widths)
@@ -246,81 +269,4 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
         }
     }
     evidence
-}
-
-/// The frames in the sequence of their stage positions.
-pub struct Travel {
-    /// Frames, sorted by position.
-    pub order: Vec<usize>,
-    /// Per frame: its index in `order`.
-    rank: Vec<usize>,
-    /// Typical shift from one to the next.
-    step_mm: Vector3<f64>,
-    /// Shift in the middle of the scan.
-    middle_mm: Vector3<f64>,
-    /// Chart in which the positions of all frames are compared.
-    chart: Chart,
-}
-
-impl Travel {
-    /// The sequence along the stage's direction, from the motion of the part in each frame; if lines were switched on
-    /// one by one (`lit`), all frames of one line before those of the next.
-    pub fn of(motions: &[FrameMotion], lit: Option<&[usize]>) -> Self {
-        let shifts_mm: Vec<Vector3<f64>> = motions.iter().map(FrameMotion::travel_mm).collect();
-        let mut order: Vec<usize> = (0..shifts_mm.len()).collect();
-        let whole = shifts_mm.iter().fold(Vector3::zeros(), |longest: Vector3<f64>, shift| {
-            let apart = shift - shifts_mm[0];
-            if apart.norm() > longest.norm() { apart } else { longest }
-        });
-        let line = |frame: usize| lit.map_or(0, |lit| lit[frame]);
-        let place = |frame: usize| shifts_mm[frame].dot(&whole);
-        order.sort_by(|&a, &b| line(a).cmp(&line(b)).then(place(a).total_cmp(&place(b))));
-        let mut rank = vec![0; order.len()];
-        for (place, &frame) in order.iter().enumerate() {
-            rank[frame] = place;
-        }
-        let mut steps: Vec<f64> =
-            order.windows(2).map(|pair| (shifts_mm[pair[1]] - shifts_mm[pair[0]]).norm()).collect();
-        let direction = whole.try_normalize(0.0).unwrap_or_default();
-        let step_mm = direction * median(&mut steps).unwrap_or(0.0);
-        let middle_mm = order.get(order.len() / 2).map_or(Vector3::zeros(), |&frame| shifts_mm[frame]);
-        let chart = motions.first().map_or(Chart::Part, FrameMotion::chart);
-        Self { order, rank, step_mm, middle_mm, chart }
-    }
-}
-
-/// The view of the part from the middle of the depth range and of the travel.
-pub fn reference_view(
-    travel: &Travel,
-    calibration: &Calibration,
-    depth_range_mm: DepthRangeMm,
-    direction: LineDirection,
-) -> ReferenceView {
-    let reference_depth_mm = depth_range_mm.middle_mm();
-    let focal_px = match direction {
-        LineDirection::Rows => calibration.camera.fx_px,
-        LineDirection::Columns => calibration.camera.fy_px,
-    };
-    let floor = match calibration.light.kind() {
-        LightModelKind::Grating => AGREEMENT_FLOOR_GRATING,
-        LightModelKind::Planes | LightModelKind::Pencil => AGREEMENT_FLOOR_PLANES,
-    };
-    ReferenceView {
-        chart: travel.chart,
-        middle_shift_mm: travel.middle_mm,
-        reference_depth_mm,
-        step_mm: Vector2::new(travel.step_mm.x, travel.step_mm.y),
-        column_mm: reference_depth_mm / focal_px,
-        floor_mm: floor * reference_depth_mm + SYSTEMATIC_SIGMAS * systematic_sigma_mm(calibration),
-    }
-}
-
-/// Systematic σ of the calibration in the middle of the image, the largest of all orders, mm.
-fn systematic_sigma_mm(calibration: &Calibration) -> f64 {
-    let camera = &calibration.camera;
-    let middle = Vector2::new(camera.width_px as f64, camera.height_px as f64) / 2.0;
-    let sigmas = calibration.orders.iter().filter_map(|&order| {
-        calibration.systematic_sigma_mm(order, &calibration.triangulate(order, &middle, None)?)
-    });
-    sigmas.fold(0.0, f64::max)
 }

@@ -193,23 +193,23 @@ fn cut_at_kinks(
     width_px: f64,
     correlation_px: f64,
 ) -> Vec<(usize, usize)> {
-    let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
     let span = columns(KINK_SPAN_WIDTHS * width_px);
-    let bends = bends(&across, span);
     // A mean over n correlated points has the variance of one over n / correlation length independent points.
     let correlation = correlation_px.max(1.0).sqrt();
-    let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
+    let place = |point: &CentrelinePoint| (point.along_across(direction).1, 1.0 / (point.sigma_px * correlation));
+    let (across, inverse_noise): (Vec<f64>, Vec<f64>) = segment.points.iter().map(place).unzip();
+    let bends = bends(&across, span);
     let limits =
         STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
-    let steps = steps(&across, &noise_px, &limits);
+    let steps = steps(&across, &inverse_noise, &limits);
     let trim = cut_trim(width_px);
     let level_step_px = largest_level_step_px(width_px);
     let mut ranges = Vec::new();
     let mut first = 0;
-    for idx in 1..across.len() {
+    for idx in possible_cuts(&across, level_step_px, &bends, &steps) {
         let point = &segment.points[idx];
         let moved_px = (across[idx] - across[idx - 1]).abs();
-        let jump = || moved_px > level_step_px && moved_px > largest_step_px(point, width_px, direction);
+        let jump = || moved_px > largest_step_px(point, width_px, direction);
         // A bend is a second difference: √6 times the noise of one point.
         let bend_sigma = || 6f64.sqrt() * point.sigma_px / span as f64;
         let kink =
@@ -223,6 +223,20 @@ fn cut_at_kinks(
     ranges.push((first, across.len()));
     ranges.retain(|(first, end)| first < end);
     ranges
+}
+
+/// Points from the second on that may be cuts, which are nearly none: the line moves by more than `level_step_px`, its bend
+/// is above [`KINK_SLOPE`], or its step above a limit.
+fn possible_cuts(across: &[f64], level_step_px: f64, bends: &[f64], steps: &[f64]) -> Vec<usize> {
+    let (mut places, mut n_places) = (vec![0; across.len()], 0);
+    let of_pairs = across.iter().zip(across.iter().skip(1).zip(bends.iter().skip(1).zip(&steps[1..]))).enumerate();
+    for (before, (from, (to, (bend, step)))) in of_pairs {
+        places[n_places] = before + 1;
+        let is_above = ((to - from).abs() > level_step_px) | (*bend > KINK_SLOPE) | (*step > 1.0);
+        n_places += usize::from(is_above);
+    }
+    places.truncate(n_places);
+    places
 }
 
 /// Number of points excluded on either side of a cut. `width_px`: width of lines in focus.
@@ -273,18 +287,15 @@ fn bends(across: &[f64], span: usize) -> Vec<f64> {
 /// Per point: distance between the line fitted to the points before it and the line fitted to those from it on, in
 /// limits.
 ///
-/// The lines are computed from running sums; `noise_px` holds the σ of every point.
+/// The lines are computed from running sums; `inverse_noise` holds 1/σ of every point, 1/px.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn steps(across: &[f64], noise_px: &[f64], limits: &[StepLimit]) -> Vec<f64> {
+fn steps(across: &[f64], inverse_noise: &[f64], limits: &[StepLimit]) -> Vec<f64> {
     let (mut sum, mut moment) = (0.0, 0.0);
-    let (mut sums, mut moments) = (Vec::with_capacity(across.len() + 1), Vec::with_capacity(across.len() + 1));
-    sums.push(sum);
-    moments.push(moment);
-    for (place, y) in across.iter().enumerate() {
+    let (mut sums, mut moments) = (vec![0.0; across.len() + 1], vec![0.0; across.len() + 1]);
+    for (place, ((y, sum_to), moment_to)) in across.iter().zip(&mut sums[1..]).zip(&mut moments[1..]).enumerate() {
         sum += y - across[0];
         moment += place as f64 * (y - across[0]);
-        sums.push(sum);
-        moments.push(moment);
+        (*sum_to, *moment_to) = (sum, moment);
     }
     let mut steps = vec![0.0f64; across.len()];
     for &StepLimit { span, sigmas, least_px } in limits {
@@ -295,6 +306,7 @@ fn steps(across: &[f64], noise_px: &[f64], limits: &[StepLimit]) -> Vec<f64> {
         let of = |offset: usize| (&sums[offset..offset + n], &moments[offset..offset + n]);
         let [first, middle, last] = [of(0), of(span), of(2 * span)];
         let (constant, slope) = end_weights(span);
+        let (by_noise, by_least) = (1.0 / sigmas, 1.0 / least_px);
         for (i, step) in steps[span..span + n].iter_mut().enumerate() {
             // The line through the points before, half a point beyond the last: Σ (α + β j) y over j = 0 … span − 1.
             let (before, moment) = (middle.0[i] - first.0[i], middle.1[i] - first.1[i]);
@@ -302,7 +314,7 @@ fn steps(across: &[f64], noise_px: &[f64], limits: &[StepLimit]) -> Vec<f64> {
             // The line through the points after, half a point before the first, counted backwards.
             let (after, moment) = (last.0[i] - middle.0[i], last.1[i] - middle.1[i]);
             let starts = constant * after + slope * ((i + 2 * span - 1) as f64 * after - moment);
-            *step = step.max((ends - starts).abs() / (sigmas * noise_px[span + i]).max(least_px));
+            *step = step.max((ends - starts).abs() * (by_noise * inverse_noise[span + i]).min(by_least));
         }
     }
     steps

@@ -87,8 +87,8 @@ fn frames_of_random_scenes_are_labelled_correctly_or_not_at_all() {
         all.n_wrong += counts.n_wrong;
         all.n_dropped += counts.n_dropped;
     }
-    // Measured: none wrong, 73.3 %; where all lines could be one order higher, a single frame is ambiguous.
-    assert!(all.n_wrong == 0 && all.recovered() > 0.72, "{all:?}");
+    // Measured: none wrong, 75.1 %; where all lines could be one order higher, a single frame is ambiguous.
+    assert!(all.n_wrong == 0 && all.recovered() > 0.74, "{all:?}");
 }
 
 #[test]

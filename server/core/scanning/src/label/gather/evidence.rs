@@ -80,6 +80,11 @@ pub fn quantised(weight: f64) -> f32 {
     ((weight / WEIGHT_GRID).round() * WEIGHT_GRID) as f32
 }
 
+/// Place of a piece in an ascending list that contains it.
+fn place(pieces: &[usize], piece: u32) -> u32 {
+    pieces.partition_point(|&other| other < piece as usize) as u32
+}
+
 impl Evidence {
     /// Without evidence, for pieces of the given sizes; `unlabelled_cost`: per sample of an unlabelled piece.
     pub fn new(n_orders: usize, sizes: Vec<f64>, unlabelled_cost: f64) -> Self {
@@ -145,6 +150,31 @@ impl Evidence {
             }
         }
         (self.observations, self.observers_end) = (of_pieces, ends);
+    }
+
+    /// The evidence for the pieces of a single frame without a label, given those with one; and which they are.
+    pub fn given(&self, labels: &[Option<usize>]) -> (Self, Vec<usize>) {
+        let (n, open): (usize, Vec<usize>) =
+            (self.n_labels, (0..labels.len()).filter(|&piece| labels[piece].is_none()).collect());
+        let mut given = Self::new(self.none(), open.iter().map(|&piece| self.sizes[piece]).collect(), 0.0);
+        for (idx, &piece) in open.iter().enumerate() {
+            let unary = &mut given.unary[idx * n..][..n];
+            unary.copy_from_slice(&self.unary[piece * n..][..n]);
+            for bond in &self.bonds[piece] {
+                match labels[bond.piece as usize] {
+                    Some(label) => unary[label] += f64::from(bond.weight),
+                    None => given.bonds[idx].push(Bond { piece: place(&open, bond.piece), ..*bond }),
+                }
+            }
+            for rank in &self.ranks[piece] {
+                match labels[rank.piece as usize] {
+                    Some(label) => wrong_labels(!rank.is_above, label, self.none())
+                        .for_each(|wrong| unary[wrong] -= f64::from(rank.cost)),
+                    None => given.ranks[idx].push(Rank { piece: place(&open, rank.piece), ..*rank }),
+                }
+            }
+        }
+        (given, open)
     }
 
     /// All pieces whose score depends on the label of `piece`; some repeated.

@@ -24,7 +24,7 @@ pub struct FrameFeatures {
     pub ends: Vec<(End, End)>,
     /// Per piece: whether it follows the one before it without a jump.
     pub joined: Vec<bool>,
-    /// Per piece: full width of the line at half its height.
+    /// Per piece of a scan: full width of the line at half its height.
     pub widths_px: Vec<f64>,
     /// Per frame: the columns that its pieces share.
     pub shared_columns: Vec<SharedColumns>,
@@ -113,7 +113,7 @@ impl OneFrameFeatures {
             shared_columns: shared_columns(&samples, pieces, own.start, (lines, view.direction)),
             ends: pieces.iter().map(|piece| ends_of(piece.points(lines), view.direction)).collect(),
             joined,
-            widths_px: pieces.iter().map(|piece| mean_width_px(piece, lines)).collect(),
+            widths_px: pieces.iter().filter(|_| view.is_scan).map(|piece| mean_width_px(piece, lines)).collect(),
             samples,
         }
     }

@@ -12,11 +12,11 @@ use crate::params::WIDTH_WINDOW_WIDTHS;
 /// A sample under the hypothesis of one order: its 3D position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
-    /// Position in the part frame, or in the chart of a turntable.
+    /// Position in the part frame, or in the chart of a turntable. NaN in a single frame, in which no surface is seen twice.
     pub in_part_mm: Vector3<f64>,
     /// Depth in the camera frame.
     pub depth_mm: f64,
-    /// Standard deviation of the depth from image noise.
+    /// Standard deviation of the depth from image noise. NaN in a single frame.
     pub sigma_mm: f64,
 }
 
@@ -29,7 +29,8 @@ pub struct Sample {
     pub along: i64,
     /// Position across the lines, px.
     pub across_px: f64,
-    /// Distance to the neighbouring order's line in the image at this depth, px.
+    /// Distance to the neighbouring order's line in the image at this depth, px. In a single frame only that of the first
+    /// sample of a piece is computed; NaN for the others.
     pub pitch_px: f64,
     /// ln of the line's full width at half height, px: the median of its surroundings. NaN in a single frame, in which
     /// widths are no evidence.
@@ -96,8 +97,8 @@ pub struct View<'a> {
     pub depth_range_mm: DepthRangeMm,
     /// Direction of the lines.
     pub direction: LineDirection,
-    /// Whether the widths of lines are evidence.
-    pub with_widths: bool,
+    /// Whether there are several frames, so that surfaces seen twice and the widths of lines are evidence.
+    pub is_scan: bool,
 }
 
 impl View<'_> {
@@ -117,18 +118,22 @@ impl View<'_> {
             for (along, point) in piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?)))
             {
                 let across_px = point.along_across(self.direction).1;
-                let log_width = match self.with_widths {
+                let log_width = match self.is_scan {
                     true => log_width(piece.points(lines), (along - piece.along) as usize, &mut near),
                     false => f64::NAN,
                 };
                 let piece = first_piece + idx;
-                samples.all.push(Sample { piece, along, across_px, pitch_px: f64::INFINITY, log_width });
+                samples.all.push(Sample { piece, along, across_px, pitch_px: f64::NAN, log_width });
                 points.push(point);
             }
             samples.first_of_piece.push(samples.all.len());
         }
         let u_px: Vec<f64> = points.iter().map(|point| point.u_px).collect();
         let v_px: Vec<f64> = points.iter().map(|point| point.v_px).collect();
+        if !self.is_scan {
+            self.add_depths(&mut samples, &u_px, &v_px);
+            return samples;
+        }
         let mut of_orders = vec![Hits::default(); n_orders];
         for (order_idx, hits) in of_orders.iter_mut().enumerate() {
             self.triangulator.triangulate_all(order_idx, &u_px, &v_px, hits);
@@ -148,6 +153,23 @@ impl View<'_> {
             }));
         }
         samples
+    }
+
+    /// The depths of samples of a single frame at these pixels, and the line pitch of every piece.
+    fn add_depths(&self, samples: &mut Samples, u_px: &[f64], v_px: &[f64]) {
+        let (n, n_orders) = (u_px.len(), samples.n_orders);
+        let mut depths_mm = Vec::new();
+        self.triangulator.depths(u_px, v_px, &mut depths_mm);
+        let hypothesis = |depth_mm: f64| {
+            let unknown = Hypothesis { in_part_mm: Vector3::repeat(f64::NAN), depth_mm, sigma_mm: f64::NAN };
+            self.depth_range_mm.contains(depth_mm).then_some(unknown)
+        };
+        let of_sample = |at: usize| (0..n_orders).map(move |order_idx| order_idx * n + at);
+        samples.hypotheses.extend((0..n).flat_map(of_sample).map(|slot| hypothesis(depths_mm[slot])));
+        for at in samples.first_of_piece[..samples.first_of_piece.len() - 1].iter().copied().filter(|at| *at < n) {
+            let by_order = (0..n_orders).map(|order_idx| self.triangulator.hit(order_idx, u_px[at], v_px[at]));
+            samples.all[at].pitch_px = pitch_px(by_order, self.direction);
+        }
     }
 }
 

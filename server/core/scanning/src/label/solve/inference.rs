@@ -4,6 +4,7 @@
 use super::conditional_modes::{ConditionalModes, largest};
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
+use super::stretch_bounds::StretchBounds;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{
@@ -25,13 +26,14 @@ pub enum LabelOutcome {
 
 /// The best label of every piece, and whether it is accepted. `confirmation`: score per sample that a label needs
 /// from other pieces; where a repeated observation was possible, the absence of contradictions is not enough.
-/// `doubtful_by_strip`: which pieces belong to doubtful strips under given labels.
+/// `doubtful_by_strip`: which pieces belong to doubtful strips under given labels. `bounds`: of a single frame.
 pub fn label_outcomes(
     evidence: &Evidence,
     confirmation: Option<f64>,
+    bounds: Option<&StretchBounds>,
     doubtful_by_strip: impl Fn(&[usize]) -> Vec<bool>,
 ) -> (Vec<usize>, Vec<LabelOutcome>) {
-    let (mut labels, doubtful_groups) = best_labels(evidence);
+    let (mut labels, doubtful_groups) = best_labels(evidence, bounds);
     if confirmation.is_some() {
         // In a single frame this adds nothing to the shifts of groups.
         shift_together(evidence, &mut labels);
@@ -68,8 +70,9 @@ pub fn label_outcomes(
 }
 
 /// The best label of every piece, and whether it belongs to a group for which other labels are about as good.
-pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
-    let mut labels = most_probable_labels(evidence);
+/// `bounds`: of a single frame.
+pub fn best_labels(evidence: &Evidence, bounds: Option<&StretchBounds>) -> (Vec<usize>, Vec<bool>) {
+    let mut labels = most_probable_labels(evidence, bounds);
     let doubtful = shift_groups(evidence, &mut labels);
     (labels, doubtful)
 }
@@ -78,7 +81,7 @@ pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
 /// changes of many pieces, but leaves wrong regions on slopes, where shifted surfaces agree.
 pub fn best_labels_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
     ConditionalModes::new(evidence).improve(&mut start, &all_pieces(evidence));
-    let (updated, _) = best_labels(evidence);
+    let (updated, _) = best_labels(evidence, None);
     let better = if total_score(evidence, &updated) > total_score(evidence, &start) { updated } else { start };
     with_overlooked_surfaces(evidence, better)
 }
@@ -117,10 +120,20 @@ fn softmax(scores: &mut [f64], sharpness: f64) {
     scores.iter_mut().for_each(|weight| *weight /= sum);
 }
 
-/// Labels of the largest marginals, improved by ICM.
-fn most_probable_labels(evidence: &Evidence) -> Vec<usize> {
-    let (n, marginals) = (evidence.n_labels, mean_field_marginals(evidence));
-    let mut labels: Vec<usize> = marginals.chunks_exact(n).map(largest).collect();
+/// Labels of the largest marginals, improved by ICM. Those that the bounds prove are not inferred.
+fn most_probable_labels(evidence: &Evidence, bounds: Option<&StretchBounds>) -> Vec<usize> {
+    let inferred = |evidence: &Evidence| -> Vec<usize> {
+        mean_field_marginals(evidence).chunks_exact(evidence.n_labels).map(largest).collect()
+    };
+    let mut labels = match bounds {
+        None => inferred(evidence),
+        Some(bounds) => {
+            let mut labels = bounds.certain_labels(evidence);
+            let (open, pieces) = evidence.given(&labels);
+            pieces.into_iter().zip(inferred(&open)).for_each(|(piece, label)| labels[piece] = Some(label));
+            labels.into_iter().map(|label| label.expect("a piece without a certain label is open")).collect()
+        }
+    };
     ConditionalModes::new(evidence).improve(&mut labels, &all_pieces(evidence));
     labels
 }

@@ -6,6 +6,7 @@ pub mod min_cut;
 pub mod overlooked;
 pub mod shift_together;
 pub mod shifts;
+pub mod stretch_bounds;
 pub mod strip_graph;
 pub mod strip_test;
 pub mod trial;

@@ -24,8 +24,6 @@ pub struct StripGraph {
     agreements: Vec<Vec<(u32, u32, f64)>>,
     /// Per strip: its current label.
     pub labels: Vec<usize>,
-    /// By how much all strips together could at most be better than they are; infinite with repeated observations.
-    headroom: f64,
     /// Per number of orders, from −(n − 1) on: the best joint shift by that number.
     shifts: Vec<OnceLock<Shifts>>,
 }
@@ -98,34 +96,7 @@ impl StripGraph {
             for_each_chunk(lists, n_labels, PIECES_PER_TASK, |_, lists| lists.iter_mut().for_each(merge));
         }
         let shifts = (0..2 * n_labels).map(|_| OnceLock::new()).collect();
-        let mut graph =
-            Self { n_labels, sizes, own, pairs, ranks, agreements, labels: of_strip, headroom: 0.0, shifts };
-        graph.headroom = graph.greatest_gain();
-        graph
-    }
-
-    /// What a labelling would gain in which every strip had its best label and no two were in the wrong order.
-    fn greatest_gain(&self) -> f64 {
-        if self.pairs.iter().any(|pairs| !pairs.is_empty()) {
-            return f64::INFINITY;
-        }
-        let of_strip =
-            |(own, &label): (&[f64], &usize)| own.iter().copied().fold(f64::NEG_INFINITY, f64::max) - own[label];
-        let alone: f64 = self.own.chunks_exact(self.n_labels).zip(&self.labels).map(of_strip).sum();
-        let in_ranks = self.ranks.iter().zip(&self.labels).flat_map(|(beside, &label)| {
-            let is_wrong = move |beside: &&AdjacentStrip| {
-                beside.wrong_labels(label, self.none()).contains(&self.labels[beside.strip])
-            };
-            beside.iter().filter(is_wrong).map(|beside| beside.cost)
-        });
-        // The cost of a pair stands with both of its strips.
-        alone + 0.5 * in_ranks.sum::<f64>()
-    }
-
-    /// A bound of the cost of another label of a strip, however well all others adapt to it.
-    pub fn least_cost(&self, strip: usize, rival: usize) -> f64 {
-        let own = &self.own[strip * self.n_labels..][..self.n_labels];
-        own[self.labels[strip]] - own[rival] - self.headroom
+        Self { n_labels, sizes, own, pairs, ranks, agreements, labels: of_strip, shifts }
     }
 
     /// The label "none".

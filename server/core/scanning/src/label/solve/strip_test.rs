@@ -1,5 +1,6 @@
 //! Test of every surface strip: the cost of another label once all other strips have adapted to it.
 
+use super::stretch_bounds::StretchBounds;
 use super::strip_graph::StripGraph;
 use super::trial::Trial;
 use crate::label::gather::evidence::Evidence;
@@ -11,14 +12,21 @@ use crate::threads::map_with;
 
 /// Per piece: whether its strip is doubtful. `lengths_pitches`: length of each strip along the line, in pitches.
 ///
-/// `is_moving`: the stage moves, so that repeated observations were possible.
+/// `bounds`: of a single frame, whose strips are its pieces; in a scan, repeated observations were possible.
 pub fn doubtful_by_strip(
     evidence: &Evidence,
     labels: &[usize],
     strips: &[usize],
     lengths_pitches: &[f64],
-    is_moving: bool,
+    bounds: Option<&StretchBounds>,
 ) -> Vec<bool> {
+    let is_moving = bounds.is_none();
+    let bounds = bounds.map(|bounds| (bounds, bounds.headroom(evidence, labels)));
+    let is_possible = |strip: usize, rival: usize| {
+        bounds.is_none_or(|(bounds, headroom)| {
+            bounds.loss(strip, rival) - headroom < STRIP_TEST_MARGIN * evidence.sizes[strip]
+        })
+    };
     let graph = StripGraph::new(evidence, labels, strips, true);
     let unranked = is_moving.then(|| StripGraph::new(evidence, labels, strips, false));
     let dependents_of_rival = |(trial, unranked): &mut (Trial, Option<Trial>), strip: usize| {
@@ -26,7 +34,7 @@ pub fn doubtful_by_strip(
         let is_unconfirmed = is_short
             && graph.repeated_observations(strip, graph.labels[strip]) < CONFIRMED_PER_SAMPLE * graph.sizes[strip];
         let margin = if is_unconfirmed { STRIP_TEST_MARGIN_UNCONFIRMED } else { STRIP_TEST_MARGIN };
-        let rival = trial.rival(strip, margin, |_| true);
+        let rival = trial.rival(strip, margin, |rival| is_possible(strip, rival));
         rival.or_else(|| {
             let trial = unranked.as_mut().filter(|_| is_short)?;
             let graph = trial.graph;
