@@ -40,10 +40,10 @@ impl<'a> Rivals<'a> {
     }
 
     fn confirmation(&self, point: &ProfilePoint, frame: usize) -> Confirmation {
-        let is_confirmed = |tolerances| self.surfaces.is_observed_again(point, frame, tolerances);
-        if is_confirmed(CLOSE_TOLERANCES) {
+        let nearest_tolerances = self.surfaces.nearest_tolerances(point, frame);
+        if nearest_tolerances <= CLOSE_TOLERANCES {
             Confirmation::Confirmed
-        } else if !is_confirmed(CONTRADICTION_TOLERANCES) && self.is_rival_confirmed(point, frame) {
+        } else if nearest_tolerances > CONTRADICTION_TOLERANCES && self.is_rival_confirmed(point, frame) {
             Confirmation::RivalConfirmed
         } else {
             Confirmation::Unconfirmed
@@ -77,7 +77,7 @@ impl<'a> Rivals<'a> {
                 ..*point
             };
             self.profiles.depth_range_mm.contains(hit.in_camera.xyz.z)
-                && self.surfaces.is_observed_again(&rival, frame, CONTRADICTION_TOLERANCES)
+                && self.surfaces.nearest_tolerances(&rival, frame) <= CONTRADICTION_TOLERANCES
         })
     }
 

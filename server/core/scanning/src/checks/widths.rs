@@ -49,7 +49,7 @@ pub fn learned(profiles: &Profiles, surfaces: &Surfaces) -> Result<LineWidths, S
     let of_frame = |frame: usize| -> Result<Vec<Sample>, ScanError> {
         let profile = profiles.of(frame)?;
         let points = profile.points.iter().step_by(WIDTH_STRIDE_POINTS);
-        let seen_again = points.filter(|point| surfaces.is_observed_again(point, frame, CLOSE_TOLERANCES));
+        let seen_again = points.filter(|point| surfaces.nearest_tolerances(point, frame) <= CLOSE_TOLERANCES);
         let sample = seen_again.map(|point| Sample {
             label: Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z },
             log_width: f64::from(point.centreline.width_px).ln(),

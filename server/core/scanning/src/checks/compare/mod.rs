@@ -133,10 +133,10 @@ impl<'a> Surfaces<'a> {
         comparison.contradicting >= CONTRADICTING_SURFACES && comparison.contradicting > comparison.agreeing
     }
 
-    /// Whether another order, in another frame, has observed the surface of the point; `tolerances`: the largest
-    /// accepted distance.
-    pub fn is_observed_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
-        self.comparison(point, frame).nearest_tolerances <= tolerances
+    /// Distance of the point from the nearest surface that another order has observed in another frame, in depth and in
+    /// tolerances.
+    pub fn nearest_tolerances(&self, point: &ProfilePoint, frame: usize) -> f64 {
+        self.comparison(point, frame).nearest_tolerances
     }
 
     fn comparison(&self, point: &ProfilePoint, frame: usize) -> SurfaceComparison {
@@ -178,7 +178,8 @@ impl<'a> Surfaces<'a> {
     ) -> (f64, f64) {
         let offset = view.xy_mm - patch_view.xy_mm;
         let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
-        let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
+        // Ten times as fast as `hypot`, whose range is not needed.
+        let noise = AGREEMENT_SIGMAS * (point.noise_sigma_mm.powi(2) + patch.sigma_mm.powi(2)).sqrt();
         let curvature = 0.5 * self.reference_view.curvature_per_mm() * offset.norm_squared();
         (apart, noise + self.reference_view.floor_mm + curvature)
     }

@@ -214,7 +214,7 @@ fn distance_in_tolerances(
 ) -> f64 {
     let offset = view.xy_mm - patch.view.xy_mm;
     let apart = (view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset)).abs();
-    let tolerance = AGREEMENT_SIGMAS * hypothesis.sigma_mm.hypot(patch.sigma_mm)
+    let tolerance = AGREEMENT_SIGMAS * (hypothesis.sigma_mm.powi(2) + patch.sigma_mm.powi(2)).sqrt()
         + reference_view.floor_mm
         + 0.5 * reference_view.curvature_per_mm() * offset.norm_squared();
     apart / tolerance

@@ -210,8 +210,26 @@ impl Evidence {
 
     /// Score of every label of `piece` per sample, given the marginals of all labels.
     pub fn scores(&self, piece: usize, marginals: &[f64], scores: &mut [f64]) {
-        let n = self.n_labels;
+        let (n, none) = (self.n_labels, self.none());
         scores.fill(0.0);
+        // Costs of additional labels in the wrong order, compared with the label before, then their running sum. For a line
+        // above, all are wrong at first.
+        let mut sum = 0.0;
+        for rank in &self.ranks[piece] {
+            let theirs = &marginals[rank.piece as usize * n..][..n];
+            let cost = f64::from(rank.cost);
+            if rank.is_above {
+                sum -= cost * (1.0 - theirs[none]);
+                scores[1..].iter_mut().zip(theirs).for_each(|(score, marginal)| *score += cost * marginal);
+            } else {
+                scores[..none].iter_mut().zip(theirs).for_each(|(score, marginal)| *score -= cost * marginal);
+            }
+        }
+        for score in &mut scores[..none] {
+            sum += *score;
+            *score = sum;
+        }
+        scores[none] = 0.0;
         for bond in &self.bonds[piece] {
             let theirs = &marginals[bond.piece as usize * n..][..n];
             for (score, marginal) in scores.iter_mut().zip(theirs) {
@@ -221,22 +239,6 @@ impl Evidence {
         for seen in self.observations(piece) {
             let theirs = marginals[seen.piece as usize * n + usize::from(seen.label)];
             scores[usize::from(seen.own_label)] += f64::from(seen.weight) * theirs;
-        }
-        for rank in &self.ranks[piece] {
-            let theirs = &marginals[rank.piece as usize * n..][..n - 1];
-            let cost = f64::from(rank.cost);
-            let mut wrong = 0.0;
-            if rank.is_above {
-                for (score, marginal) in scores[..n - 1].iter_mut().zip(theirs).rev() {
-                    wrong += marginal;
-                    *score -= cost * wrong;
-                }
-            } else {
-                for (score, marginal) in scores[..n - 1].iter_mut().zip(theirs) {
-                    wrong += marginal;
-                    *score -= cost * wrong;
-                }
-            }
         }
         for (label, score) in scores.iter_mut().enumerate() {
             *score = (self.unary[piece * n + label] + *score) / self.sizes[piece];
