@@ -24,7 +24,7 @@ use crate::input::motions::FrameMotion;
 use crate::params::{CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS, UNLABELLED_COST};
 use gather::evidence::Evidence;
 use gather::hypotheses::Samples;
-use solve::stretch_bounds::StretchBounds;
+use solve::interval_bounds::IntervalBounds;
 
 pub use gather::agreement::gradient;
 pub use gather::patches::{PatchGrid, ViewPoint};
@@ -141,7 +141,7 @@ pub fn label_frames(
     let confirmation = is_scan.then_some(CONFIRMATION);
     let bounds = match is_scan {
         true => None,
-        false => Some(StretchBounds::new(&evidence, pieces, &*lines_of(frames, 0)?, direction)),
+        false => Some(IntervalBounds::new(&evidence, pieces, &*lines_of(frames, 0)?, direction)),
     };
     let doubtful_by_strip = |labels: &[usize]| {
         let (strips, lengths) = match is_scan {

@@ -2,9 +2,9 @@
 //! (`docs/maths/labelling.md`, "Inference").
 
 use super::conditional_modes::{ConditionalModes, largest};
+use super::interval_bounds::IntervalBounds;
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
-use super::stretch_bounds::StretchBounds;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{
@@ -30,7 +30,7 @@ pub enum LabelOutcome {
 pub fn label_outcomes(
     evidence: &Evidence,
     confirmation: Option<f64>,
-    bounds: Option<&StretchBounds>,
+    bounds: Option<&IntervalBounds>,
     doubtful_by_strip: impl Fn(&[usize]) -> Vec<bool>,
 ) -> (Vec<usize>, Vec<LabelOutcome>) {
     let (mut labels, doubtful_groups) = best_labels(evidence, bounds);
@@ -71,7 +71,7 @@ pub fn label_outcomes(
 
 /// The best label of every piece, and whether it belongs to a group for which other labels are about as good.
 /// `bounds`: of a single frame.
-pub fn best_labels(evidence: &Evidence, bounds: Option<&StretchBounds>) -> (Vec<usize>, Vec<bool>) {
+pub fn best_labels(evidence: &Evidence, bounds: Option<&IntervalBounds>) -> (Vec<usize>, Vec<bool>) {
     let mut labels = most_probable_labels(evidence, bounds);
     let doubtful = shift_groups(evidence, &mut labels);
     (labels, doubtful)
@@ -121,7 +121,7 @@ fn softmax(scores: &mut [f64], sharpness: f64) {
 }
 
 /// Labels of the largest marginals, improved by ICM. Those that the bounds prove are not inferred.
-fn most_probable_labels(evidence: &Evidence, bounds: Option<&StretchBounds>) -> Vec<usize> {
+fn most_probable_labels(evidence: &Evidence, bounds: Option<&IntervalBounds>) -> Vec<usize> {
     let inferred = |evidence: &Evidence| -> Vec<usize> {
         mean_field_marginals(evidence).chunks_exact(evidence.n_labels).map(largest).collect()
     };

@@ -1,6 +1,6 @@
 //! Test of every surface strip: the cost of another label once all other strips have adapted to it.
 
-use super::stretch_bounds::StretchBounds;
+use super::interval_bounds::IntervalBounds;
 use super::strip_graph::StripGraph;
 use super::trial::Trial;
 use crate::label::gather::evidence::Evidence;
@@ -18,7 +18,7 @@ pub fn doubtful_by_strip(
     labels: &[usize],
     strips: &[usize],
     lengths_pitches: &[f64],
-    bounds: Option<&StretchBounds>,
+    bounds: Option<&IntervalBounds>,
 ) -> Vec<bool> {
     let is_moving = bounds.is_none();
     let bounds = bounds.map(|bounds| (bounds, bounds.headroom(evidence, labels)));

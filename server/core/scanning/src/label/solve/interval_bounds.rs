@@ -1,22 +1,22 @@
 //! Bounds on the score of a single frame, in which lines depend on each other by their ranks and by bonds alone.
 //!
-//! Between two ends of lines the same lines run below one another: a *stretch*. The terms of every piece, and of every two
-//! that are neighbours, are divided among their stretches by length. A stretch alone is solved exactly, from line to line
-//! (Viterbi 1967). No labelling scores more than the sum of these optima (dual decomposition); where all stretches agree, it
+//! Between two ends of lines the same lines run below one another: an *interval*. The terms of every piece, and of every two
+//! that are neighbours, are divided among their intervals by length. An interval alone is solved exactly, from line to line
+//! (Viterbi 1967). No labelling scores more than the sum of these optima (dual decomposition); where all intervals agree, it
 //! is the best one.
 
 use vision::{Centrelines, LineDirection};
 
 use super::conditional_modes::ConditionalModes;
 use super::inference::{all_pieces, total_score};
-use crate::label::gather::evidence::{Bond, Evidence};
+use crate::label::gather::evidence::Evidence;
 use crate::label::pieces::Piece;
 
 /// Scores that differ by less, in samples, may be equal.
 const ROUNDING: f64 = 1e-6;
 
 /// What the pieces of a frame score at most with each label of each piece.
-pub struct StretchBounds {
+pub struct IntervalBounds {
     n_labels: usize,
     /// Bound of the total score without bonds.
     top: f64,
@@ -24,7 +24,7 @@ pub struct StretchBounds {
     losses: Vec<f64>,
 }
 
-/// Terms and best scores of one stretch; the memory is used for the next.
+/// Terms and best scores of one interval; the memory is used for the next.
 #[derive(Default)]
 struct Chain {
     /// Per piece and label.
@@ -38,21 +38,21 @@ struct Chain {
 }
 
 /// Columns (rows) between two ends of pieces, and the pieces that cross them, the uppermost (leftmost) first.
-struct Stretch {
+struct Interval {
     n_columns: i64,
     pieces: Vec<usize>,
 }
 
-impl StretchBounds {
+impl IntervalBounds {
     /// For the pieces of a frame, whose evidence has no repeated observations.
     pub fn new(evidence: &Evidence, pieces: &[Piece], lines: &Centrelines, direction: LineDirection) -> Self {
         let n = evidence.n_labels;
         let mut bounds = Self { n_labels: n, top: 0.0, losses: vec![0.0; evidence.unary.len()] };
         let mut chain = Chain::default();
-        for stretch in stretches(pieces, lines, direction) {
-            let share = |n_columns: i64| stretch.n_columns as f64 / n_columns as f64;
+        for interval in intervals(pieces, lines, direction) {
+            let share = |n_columns: i64| interval.n_columns as f64 / n_columns as f64;
             chain.own.clear();
-            for &piece in &stretch.pieces {
+            for &piece in &interval.pieces {
                 let share = share(pieces[piece].n_points() as i64);
                 chain.own.extend(evidence.unary[piece * n..][..n].iter().map(|unary| unary * share));
             }
@@ -65,13 +65,13 @@ impl StretchBounds {
                 2.0 * share(shared) * of_pair.map(|rank| f64::from(rank.cost)).sum::<f64>()
             };
             chain.costs.clear();
-            chain.costs.extend(stretch.pieces.windows(2).map(cost));
-            bounds.add(&stretch.pieces, &mut chain);
+            chain.costs.extend(interval.pieces.windows(2).map(cost));
+            bounds.add(&interval.pieces, &mut chain);
         }
         bounds
     }
 
-    /// Adds the bounds of a stretch.
+    /// Adds the bounds of an interval.
     fn add(&mut self, pieces: &[usize], Chain { own, costs, above, below }: &mut Chain) {
         let (n, none) = (self.n_labels, self.n_labels - 1);
         above.clone_from(own);
@@ -96,13 +96,10 @@ impl StretchBounds {
 
     /// How much less these labels score than the bound, bonds left out.
     pub fn headroom(&self, evidence: &Evidence, labels: &[usize]) -> f64 {
-        let kept = |(piece, bond): (usize, &Bond)| labels[piece] == labels[bond.piece as usize];
-        let bonds = evidence
-            .bonds
-            .iter()
-            .enumerate()
-            .flat_map(|(piece, bonds)| bonds.iter().map(move |bond| (piece, bond)));
-        let in_bonds: f64 = bonds.filter(|&bond| kept(bond)).map(|(_, bond)| f64::from(bond.weight)).sum();
+        let kept_bonds = (0..labels.len()).flat_map(|piece| {
+            evidence.bonds[piece].iter().filter(move |bond| labels[bond.piece as usize] == labels[piece])
+        });
+        let in_bonds: f64 = kept_bonds.map(|bond| f64::from(bond.weight)).sum();
         self.top - (total_score(evidence, labels) - in_bonds)
     }
 
@@ -143,7 +140,7 @@ fn carry(from: &[f64], to: &mut [f64], cost: f64, orders: impl Iterator<Item = u
     to[none] += best;
 }
 
-fn stretches(pieces: &[Piece], lines: &Centrelines, direction: LineDirection) -> Vec<Stretch> {
+fn intervals(pieces: &[Piece], lines: &Centrelines, direction: LineDirection) -> Vec<Interval> {
     let mut ends: Vec<i64> = pieces.iter().flat_map(|piece| [piece.along, piece.end_along()]).collect();
     ends.sort_unstable();
     ends.dedup();
@@ -153,9 +150,9 @@ fn stretches(pieces: &[Piece], lines: &Centrelines, direction: LineDirection) ->
             |(idx, piece): (usize, &Piece)| Some((piece.point_at(lines, middle)?.along_across(direction).1, idx));
         let mut crossings: Vec<(f64, usize)> = pieces.iter().enumerate().filter_map(crossing).collect();
         crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        Stretch { n_columns: ends[1] - ends[0], pieces: crossings.into_iter().map(|(_, idx)| idx).collect() }
+        Interval { n_columns: ends[1] - ends[0], pieces: crossings.into_iter().map(|(_, idx)| idx).collect() }
     };
-    ends.windows(2).map(between).filter(|stretch| !stretch.pieces.is_empty()).collect()
+    ends.windows(2).map(between).filter(|interval| !interval.pieces.is_empty()).collect()
 }
 
 #[cfg(test)]
@@ -214,7 +211,7 @@ mod tests {
         let (mut n_certain, mut n_above_zero) = (0, 0);
         for _ in 0..60 {
             let (evidence, pieces, lines) = frame(n, &mut rng);
-            let bounds = StretchBounds::new(&evidence, &pieces, &lines, LineDirection::Rows);
+            let bounds = IntervalBounds::new(&evidence, &pieces, &lines, LineDirection::Rows);
             for labels in labellings(n) {
                 let headroom = bounds.headroom(&evidence, &labels);
                 for (piece, &label) in labels.iter().enumerate() {
