@@ -178,7 +178,7 @@ impl<'a> Surfaces<'a> {
     ) -> (f64, f64) {
         let offset = view.xy_mm - patch_view.xy_mm;
         let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
-        // Ten times as fast as `hypot`, whose range is not needed.
+        // Without `hypot`, which guards a range of numbers that no σ has and is called for every pair.
         let noise = AGREEMENT_SIGMAS * (point.noise_sigma_mm.powi(2) + patch.sigma_mm.powi(2)).sqrt();
         let curvature = 0.5 * self.reference_view.curvature_per_mm() * offset.norm_squared();
         (apart, noise + self.reference_view.floor_mm + curvature)
