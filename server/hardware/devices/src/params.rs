@@ -84,12 +84,12 @@ pub const GRBL_RESET_PERIOD: Duration = Duration::from_millis(500);
 /// own reset.
 pub const GRBL_BANNER_SETTLING: Duration = Duration::from_millis(50);
 
-/// Number of foreign lines within [`GRBL_GARBAGE_WINDOW`] at which the link is given up. A single flipped bit is
-/// tolerated.
-pub const GRBL_GARBAGE_LINES: usize = 3;
+/// Number of damaged or foreign lines within [`FOREIGN_WINDOW`] at which the link to a serial controller is given up. A
+/// single flipped bit is tolerated.
+pub const FOREIGN_LINES: usize = 3;
 
-/// See [`GRBL_GARBAGE_LINES`]; it contains three answers at the idle rate.
-pub const GRBL_GARBAGE_WINDOW: Duration = Duration::from_secs(1);
+/// See [`FOREIGN_LINES`]; it contains three answers at the idle rate.
+pub const FOREIGN_WINDOW: Duration = Duration::from_secs(1);
 
 /// Longest time from the first byte of a line to its end: the longest takes 20 ms at 115200 baud.
 pub const GRBL_LINE_TIME: Duration = Duration::from_millis(200);
@@ -120,9 +120,6 @@ pub const ZABER_SILENCE: Duration = Duration::from_millis(650);
 
 /// Interval after which an unanswered query is repeated: its answer may have been damaged.
 pub const ZABER_QUERY_AGAIN: Duration = Duration::from_millis(150);
-
-/// Number of damaged or foreign lines within a second at which the link is given up.
-pub const ZABER_GARBAGE_LINES: usize = 3;
 
 /// Interval of queries of the serial number: another device on the line is detected within this time.
 pub const ZABER_IDENTITY_PERIOD: Duration = Duration::from_millis(500);

@@ -3,6 +3,7 @@
 pub mod always_on;
 pub mod controller;
 pub mod conveyor;
+pub mod foreign_lines;
 pub mod grbl;
 pub mod laser_checks;
 pub mod marlin;

@@ -52,6 +52,9 @@ const NO_RESPONSE: Reaction = Reported("stage", "no_response");
 /// A calibration keeps switching the laser off: without an answer to `M5` in 250 ms the driver halts the controller, which
 /// can be before the silence of another line is reported.
 const NO_RESPONSE_OR_HALTED: Reaction = ReportedEither("stage", ["no_response", "disconnected"]);
+const UNREADABLE: Reaction = Reported("stage", "unreadable");
+/// As [`NO_RESPONSE_OR_HALTED`].
+const UNREADABLE_OR_HALTED: Reaction = ReportedEither("stage", ["unreadable", "disconnected"]);
 const ENDSTOP: Reaction = Reported("stage", "alarm");
 const DISCONNECTED: Reaction = Reported("stage", "disconnected");
 const RESTARTED: Reaction = Reported("stage", "restarted");
@@ -64,9 +67,9 @@ cells! { marlin;
         calibrating: NO_RESPONSE_OR_HALTED,
         jogging: NO_RESPONSE, homing: NO_RESPONSE;
     garbage: Garbage =>
-        absent: WRONG_DEVICE, ready: NO_RESPONSE, live: NO_RESPONSE, scanning: NO_RESPONSE,
-        calibrating: NO_RESPONSE_OR_HALTED,
-        jogging: NO_RESPONSE, homing: NO_RESPONSE;
+        absent: WRONG_DEVICE, ready: UNREADABLE, live: UNREADABLE, scanning: UNREADABLE,
+        calibrating: UNREADABLE_OR_HALTED,
+        jogging: UNREADABLE, homing: UNREADABLE;
     endstop: Specific(Event::EndstopHit) =>
         scanning: ENDSTOP, calibrating: ENDSTOP, jogging: ENDSTOP;
     kill: Specific(Event::Kill) =>

@@ -7,10 +7,7 @@ use crate::drivers::grbl::Dialect;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
 use crate::drivers::progress::Progress;
-use crate::params::{
-    GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_START,
-    GRBL_STRAY_REPORTS,
-};
+use crate::params::{GRBL_BRAKING_SLACK, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_START, GRBL_STRAY_REPORTS};
 
 /// `ALARM:3`: reset while moving.
 const ALARM_RESET_MOVING: u32 = 3;
@@ -31,6 +28,10 @@ impl Session {
             Link::Down => return,
             Link::Opening(_) => return self.opening_message(message, began_at, now),
             Link::Up => {}
+        }
+        match &message {
+            Message::Garbage(text) => self.foreign_lines.last_is_damaged(text),
+            _ => self.foreign_lines.last_is_valid(),
         }
         match message {
             Message::Banner(_) => self.banner(now),
@@ -325,16 +326,11 @@ impl Session {
 
     /// Counts a line that is not part of the protocol; many within a short time end the link.
     pub(super) fn garbage(&mut self, received: String, now: Instant) {
-        match &self.link {
-            Link::Down => return,
-            Link::Opening(_) => return self.opening_message(Message::Garbage(received), now, now),
-            // After a fault the answers to discarded lines may still come.
-            Link::Up if self.fault.is_some() || self.reset_awaited() => return,
-            Link::Up => {}
+        // After a fault the answers to discarded lines may still come.
+        if self.fault.is_some() || self.reset_awaited() {
+            return;
         }
-        self.garbage_at.retain(|at| now - *at < GRBL_GARBAGE_WINDOW);
-        self.garbage_at.push_back(now);
-        if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
+        if self.foreign_lines.count(now) {
             self.down(Fault::Unreadable { received });
         }
     }

@@ -18,8 +18,9 @@ use super::Dialect;
 use super::GrblConfig;
 use super::fault::{Device, Fault};
 use super::identity::{Description, Machine, stage_from_machine};
-use super::protocol::{HOLD, JOG_CANCEL, MachineState, RESET, message_from_line};
+use super::protocol::{HOLD, JOG_CANCEL, MachineState, Message, RESET, message_from_line};
 use crate::Homing;
+use crate::drivers::foreign_lines::ForeignLines;
 use crate::drivers::progress::Progress;
 use crate::lines::line_reader::shortened;
 use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
@@ -191,7 +192,7 @@ pub struct Session {
     /// When a soft reset turns the laser off if `M5` did not.
     laser_off_deadline: Option<Instant>,
     stray_reports: usize,
-    garbage_at: VecDeque<Instant>,
+    foreign_lines: ForeignLines,
 }
 
 impl Session {
@@ -232,7 +233,7 @@ impl Session {
             laser_lease: None,
             laser_off_deadline: None,
             stray_reports: 0,
-            garbage_at: VecDeque::new(),
+            foreign_lines: ForeignLines::default(),
         }
     }
 
@@ -274,7 +275,7 @@ impl Session {
     fn discard_line(&mut self, now: Instant) {
         let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
         self.incoming_since = None;
-        self.garbage(shortened(&text), now);
+        self.message(Message::Garbage(shortened(&text)), now, now);
     }
 
     /// The link is lost because of `fault`: laser and motion are reset if the line still accepts a byte.
@@ -299,7 +300,7 @@ impl Session {
         (self.quiet_until, self.reset_again_at) = (None, None);
         self.activity = Activity::Rest;
         (self.laser_lease, self.laser_off_deadline, self.stray_reports) = (None, None, 0);
-        self.garbage_at.clear();
+        self.foreign_lines = ForeignLines::default();
         self.clearing = false;
     }
 

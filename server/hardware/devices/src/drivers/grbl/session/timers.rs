@@ -162,7 +162,11 @@ impl Session {
         }
         let missed = self.reset_unanswered(now).or_else(|| self.line_unanswered(now)).or_else(|| self.silent(now));
         if let Some((command, since)) = missed {
-            self.down(Fault::NoResponse { command, waited_ms: (now - since).as_millis() as u64 });
+            let waited_ms = (now - since).as_millis() as u64;
+            self.down(match self.foreign_lines.damaged() {
+                Some(received) => Fault::Unreadable { received: received.to_owned() },
+                None => Fault::NoResponse { command, waited_ms },
+            });
         }
     }
 

@@ -62,10 +62,10 @@ cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
     silence_while_moving: Silence, Moving => StageError::NoResponse { .. },
     silence_while_emitting: Silence, Emitting => StageError::NoResponse { .. },
     silence_while_emitting_and_moving: Silence, EmittingAndMoving => StageError::NoResponse { .. },
-    garbage_when_ready: Garbage, Ready => StageError::Unreadable { .. } | StageError::NoResponse { .. },
-    garbage_while_moving: Garbage, Moving => StageError::Unreadable { .. } | StageError::NoResponse { .. },
-    garbage_while_emitting: Garbage, Emitting => StageError::Unreadable { .. } | StageError::NoResponse { .. },
-    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Unreadable { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Unreadable { .. },
+    garbage_while_emitting: Garbage, Emitting => StageError::Unreadable { .. },
+    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Unreadable { .. },
     an_alarm_when_ready: HardLimit, Ready => StageError::Alarm { code: 1, .. },
     an_alarm_while_moving: HardLimit, Moving => StageError::Alarm { code: 1, .. },
     an_alarm_while_homing: HardLimit, Homing => StageError::Alarm { code: 1, .. },
@@ -90,7 +90,7 @@ cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
 // GRBL 1.1 answers nothing while homing; the silence of the others is detected.
 cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
     silence_while_homing: Silence, Homing => StageError::NoResponse { .. },
-    garbage_while_homing: Garbage, Homing => StageError::Unreadable { .. } | StageError::NoResponse { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Unreadable { .. },
 }}
 
 fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
@@ -201,6 +201,21 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
     wait_until(LASER_OFF_LIMIT + SLACK, "a reset follows", || {
         bench.simulator.event_log().byte_since(mark, crate::drivers::grbl::protocol::RESET).is_some()
     });
+    assert!(!bench.light());
+}
+
+#[test]
+fn garbage_in_place_of_answers_is_never_reported_as_silence() {
+    let bench = super::default_bench();
+    let (mut stage, mut laser) = bench.open();
+    laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+    wait_until(SLACK, "it is on", || bench.light());
+    // It begins while the driver awaits the acknowledgement of `M5`, and hides the banner of the reset that follows.
+    bench.simulator.fail(LineFault::Garbage);
+    laser.switch_off().unwrap();
+    wait_until(REPORT_LIMIT + SLACK, "it is reported", || stage.poll().is_err());
+    let fault = stage.poll().unwrap_err();
+    assert!(matches!(fault, StageError::Unreadable { .. }), "reported as: {fault}");
     assert!(!bench.light());
 }
 

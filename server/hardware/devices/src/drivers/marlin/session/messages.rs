@@ -1,15 +1,12 @@
 //! Messages from a controller that is ready.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::{Activity, Device, LastReport, LineKind, Link, Pending, Session, Stopping, Travel};
 use crate::StageError;
 use crate::drivers::marlin::protocol::{Message, Position, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
-use crate::params::{GRBL_GARBAGE_LINES, MARLIN_RESEND_PAUSE, MARLIN_RESENDS};
-
-/// Time window in which foreign lines are counted.
-const GARBAGE_WINDOW: Duration = Duration::from_secs(1);
+use crate::params::{MARLIN_RESEND_PAUSE, MARLIN_RESENDS};
 
 /// Largest difference in steps between the two forms of a position: both are rounded.
 const SAME_STEPS: i64 = 2;
@@ -28,6 +25,10 @@ impl Session {
     }
 
     fn message(&mut self, message: Message, began_at: Instant, now: Instant) {
+        match &message {
+            Message::Garbage(text) => self.foreign_lines.last_is_damaged(text),
+            _ => self.foreign_lines.last_is_valid(),
+        }
         match message {
             // Line numbers and settings are lost with it: it is opened again.
             Message::Start => self.down(StageError::Restarted),
@@ -213,9 +214,7 @@ impl Session {
 
     /// Counts a line that is not part of the protocol; many within a short time end the link.
     pub(super) fn garbage(&mut self, received: String, now: Instant) {
-        self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
-        self.garbage_at.push_back(now);
-        if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
+        if self.foreign_lines.count(now) {
             self.down(StageError::Unreadable { received });
         }
     }

@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::MarlinConfig;
+use crate::drivers::foreign_lines::ForeignLines;
 use crate::drivers::progress::Progress;
 use crate::lines::line_reader::LineReader;
 use crate::params::{MARLIN_AHEAD, MARLIN_STOP_SLACK};
@@ -143,7 +144,7 @@ pub struct Session {
     machine: Option<Machine>,
     last_report: Option<LastReport>,
     position_queried_at: Option<Instant>,
-    garbage_at: VecDeque<Instant>,
+    foreign_lines: ForeignLines,
     activity: Activity,
     homed: bool,
     laser_lease: Option<LaserLease>,
@@ -173,7 +174,7 @@ impl Session {
             machine: None,
             last_report: None,
             position_queried_at: None,
-            garbage_at: VecDeque::new(),
+            foreign_lines: ForeignLines::default(),
             activity: Activity::Rest,
             homed: false,
             laser_lease: None,
@@ -204,7 +205,7 @@ impl Session {
         self.pending = None;
         self.reader.clear();
         (self.received_at, self.position_queried_at, self.last_report) = (None, None, None);
-        self.garbage_at.clear();
+        self.foreign_lines = ForeignLines::default();
         self.activity = Activity::Rest;
         (self.laser_lease, self.laser_off_deadline, self.light_kept_at) = (None, None, None);
     }

@@ -72,7 +72,7 @@ impl Session {
     fn silence(&self, now: Instant) -> Option<StageError> {
         let pending = self.pending.as_ref().filter(|pending| now > pending.answer_by)?;
         let waited_ms = now.saturating_duration_since(pending.sent_at).as_millis() as u64;
-        Some(StageError::NoResponse { command: pending.queued.text.clone(), waited_ms })
+        Some(self.foreign_lines.unanswered(&pending.queued.text, waited_ms))
     }
 
     /// The firmware is executing a line that takes time.

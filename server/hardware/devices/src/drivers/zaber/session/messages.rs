@@ -8,10 +8,7 @@ use crate::drivers::progress::Progress;
 use crate::drivers::zaber::meanings::{DRIVER_OFF, Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
-use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS};
-
-/// Time window in which damaged lines are counted.
-const GARBAGE_WINDOW: std::time::Duration = std::time::Duration::from_secs(1);
+use crate::params::ZABER_SETTLED_STEPS;
 
 impl Session {
     /// A line, whose first byte was received at `line.began_at`.
@@ -31,7 +28,10 @@ impl Session {
         match self.link {
             Link::Down => {}
             Link::Opening(_) => self.opening_message(&message, now),
-            Link::Up => self.message(&message, line.began_at, now),
+            Link::Up => {
+                self.foreign_lines.last_is_valid();
+                self.message(&message, line.began_at, now);
+            }
         }
     }
 
@@ -236,9 +236,8 @@ impl Session {
             Link::Up => {}
         }
         self.partial = None;
-        self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
-        self.garbage_at.push_back(now);
-        if self.garbage_at.len() >= ZABER_GARBAGE_LINES {
+        self.foreign_lines.last_is_damaged(&received);
+        if self.foreign_lines.count(now) {
             self.down(StageError::Unreadable { received });
         }
     }

@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use super::ZaberConfig;
 use super::protocol::command;
+use crate::drivers::foreign_lines::ForeignLines;
 use crate::drivers::progress::Progress;
 use crate::lines::line_reader::LineReader;
 use crate::{DeviceIdentity, StageCapabilities, StageError};
@@ -125,7 +126,7 @@ pub struct Session {
     received_at: Option<Instant>,
     position_queried_at: Option<Instant>,
     serial_queried_at: Option<Instant>,
-    garbage_at: VecDeque<Instant>,
+    foreign_lines: ForeignLines,
     activity: Activity,
     /// Whether the last position came without a reference.
     last_flag_unreferenced: bool,
@@ -155,7 +156,7 @@ impl Session {
             received_at: None,
             position_queried_at: None,
             serial_queried_at: None,
-            garbage_at: VecDeque::new(),
+            foreign_lines: ForeignLines::default(),
             activity: Activity::Rest,
             last_flag_unreferenced: false,
             homed: false,
@@ -182,7 +183,7 @@ impl Session {
         self.reader.clear();
         self.partial = None;
         (self.received_at, self.position_queried_at, self.serial_queried_at) = (None, None, None);
-        self.garbage_at.clear();
+        self.foreign_lines = ForeignLines::default();
         self.activity = Activity::Rest;
         self.clearing = false;
     }

@@ -70,6 +70,7 @@ impl Session {
             }
             _ => return None,
         };
-        Some(StageError::NoResponse { command, waited_ms: (now - since).as_millis() as u64 })
+        let waited_ms = (now - since).as_millis() as u64;
+        Some(self.foreign_lines.unanswered(&command, waited_ms))
     }
 }

@@ -23,7 +23,7 @@ use controller::Controller;
 use super::wait_until;
 use crate::drivers::grbl::{GrblLaser, GrblStage, open, open_line};
 use crate::lines::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
-use crate::params::GRBL_GARBAGE_WINDOW;
+use crate::params::FOREIGN_WINDOW;
 use crate::{Laser, Stage, StageError};
 
 /// Longest homing and longest move of these tests.
@@ -198,11 +198,11 @@ fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
     // A target beyond the travel: ALARM:2, after which a reset during the pause is lost.
     // Three unsolicited answers would be taken for garbage.
     controller.press(b"$20=1\n");
-    std::thread::sleep(GRBL_GARBAGE_WINDOW);
+    std::thread::sleep(FOREIGN_WINDOW);
     controller.press(b"G90G53G1X-900F600\n");
     recovers(stage, 2);
     controller.press(b"$20=0\n");
-    std::thread::sleep(GRBL_GARBAGE_WINDOW);
+    std::thread::sleep(FOREIGN_WINDOW);
     assert!(home(stage), "homed once, and not again");
 }
 
