@@ -7,7 +7,16 @@ import { PAGES } from "../../src/state/browser/route";
 import { de } from "../../src/text/de";
 import { en } from "../../src/text/en";
 import { AT_WORK, ENDED, englishIn } from "../support/german";
-import { expectAccessible, launch, NO_GRAPHICS, picture, until, type Visit, visit } from "../support/harness";
+import {
+  closeTab,
+  expectAccessible,
+  launch,
+  NO_GRAPHICS,
+  picture,
+  until,
+  type Visit,
+  visit,
+} from "../support/harness";
 import { Server } from "../support/server";
 import { StagedJob } from "../support/staged_job";
 
@@ -20,7 +29,10 @@ beforeAll(async () => {
 });
 
 afterEach(async () => {
-  for (const { context } of open.splice(0)) await context.close();
+  for (const { page, context } of open.splice(0)) {
+    if (!page.isClosed()) await closeTab(page);
+    await context.close();
+  }
 });
 
 // A failed test may have left the station stopped; that must not block the others.
@@ -154,7 +166,7 @@ test("two browsers see who is in control; taking over is explicit and reported t
   for (const { page } of [anna, ben]) await page.locator(".bar", { hasText: "Not ready to scan" }).waitFor();
 
   // A page that is closed releases control.
-  await ben.context.close();
+  await closeTab(ben.page);
   await anna.page.getByRole("button", { name: "No one in control" }).waitFor();
   expect([...anna.complaints, ...ben.complaints]).toEqual([]);
 });

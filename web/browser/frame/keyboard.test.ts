@@ -7,7 +7,15 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Job, Schemas, Station } from "../../src/api/client";
 import { decodeBlocks } from "../../src/stream/protocol";
-import { expectAccessible, expectAccessibleInBoth, launch, picture, until, visit } from "../support/harness";
+import {
+  closeTab,
+  expectAccessible,
+  expectAccessibleInBoth,
+  launch,
+  picture,
+  until,
+  visit,
+} from "../support/harness";
 import { orderPixels } from "../support/pixels";
 import { Server } from "../support/server";
 
@@ -52,7 +60,7 @@ test(
   "by keys alone a part is scanned and judged, and the next scan is stopped",
   async () => {
     await server.calibrate();
-    const { page, context, complaints } = await visit(browser, server.url);
+    const { page, complaints } = await visit(browser, server.url);
     await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
     await page.getByRole("button", { name: "Start scan" }).waitFor();
 
@@ -112,7 +120,7 @@ test(
     await page.keyboard.press("Enter");
     await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
     expect(complaints).toEqual([]);
-    await context.close();
+    await closeTab(page);
   },
   WALK_MS,
 );
@@ -120,7 +128,7 @@ test(
 test(
   "the rows of a scan that was ended early are shown as its result",
   async () => {
-    // The page of the test before has closed; its control ends with it, at the latest after the lease.
+    // The page of the test before has closed; its control ends with it.
     const control = async () => (await fetch(`${server.url}/api/v1/station/control`)).status;
     await until("control is free", async () => (await control()) === 404);
     // More rows than are taken before the person ends it.

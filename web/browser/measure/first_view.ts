@@ -31,7 +31,7 @@ const url = await new Promise<string>((found) => {
   });
 });
 const browser = await chromium.launch({
-  executablePath: process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium",
+  executablePath: process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium-headless-shell",
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
 });
 

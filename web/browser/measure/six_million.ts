@@ -62,7 +62,7 @@ const bundle = await build({
   target: "es2022",
 });
 const browser = await chromium.launch({
-  executablePath: process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium",
+  executablePath: process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium-headless-shell",
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
 });
 const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });

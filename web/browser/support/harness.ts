@@ -1,4 +1,4 @@
-/** Debian's Chromium looking at the program. */
+/** Debian's Chromium without windows looking at the program. */
 
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
@@ -13,7 +13,7 @@ const STILL = 12;
 /** Longest time until a page shows what it should on a busy machine. */
 const SEEN_WITHIN_MS = 120_000;
 
-const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
+const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium-headless-shell";
 
 /** Screenshots for the README and the documents are written here; check each of them. */
 export const PICTURES = process.env.SHEAF_PICTURES ?? join(ROOT, "target/browser");
@@ -35,7 +35,6 @@ const SOFTWARE_GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshad
 /** For pages without WebGL: their canvases are painted directly. */
 export const NO_GRAPHICS = ["--disable-gpu"];
 
-/** Chromium without a screen. */
 export async function launch(graphics = SOFTWARE_GRAPHICS): Promise<Browser> {
   return await chromium.launch({
     executablePath: CHROMIUM,
@@ -72,6 +71,13 @@ export async function visit(browser: Browser, url: string, hash = "", options = 
   if (!answer?.ok()) throw new Error(`no page at ${url}: ${await answer?.text()}`);
   await page.waitForSelector(".frame");
   return { page, context, complaints };
+}
+
+/** Closes a page as a person closes a tab: it still learns of it, and releases control. */
+export async function closeTab(page: Page): Promise<void> {
+  const closed = page.waitForEvent("close");
+  await page.close({ runBeforeUnload: true });
+  await closed;
 }
 
 /** Demands that the page has no violation of WCAG 2.2 A and AA that axe knows. */
