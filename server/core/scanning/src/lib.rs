@@ -37,6 +37,6 @@ pub use points::profile::{Profile, ProfilePoint, label_frame};
 pub use report::ScanReport;
 pub use scan::{ScanParams, ScanResult, evaluate_scan, scan_cloud};
 pub use watches::{
-    Drift, Estimate, LostSteps, LostStepsWatch, OrderPowers, PowerReference, Watch, WatchReason, WatchReport,
-    WatchState, WatchVerdict, verdicts, watch_scan, with_wavelength_changed,
+    Drift, Estimate, FrameReducer, FrameSamples, LostSteps, LostStepsWatch, OrderPowers, PowerReference, Watch,
+    WatchReason, WatchReport, WatchState, WatchVerdict, verdicts, watch_scan, with_wavelength_changed,
 };

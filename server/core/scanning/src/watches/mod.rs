@@ -14,6 +14,7 @@ mod verdicts;
 pub use drift::{Drift, Estimate, with_wavelength_changed};
 pub use lost_steps::{LostSteps, LostStepsWatch};
 pub use order_powers::OrderPowers;
+pub use samples::{FrameReducer, FrameSamples};
 pub use verdicts::{PowerReference, Watch, WatchReason, WatchState, WatchVerdict, verdicts};
 
 use optics::{Calibration, LightSurfaces};
@@ -60,7 +61,7 @@ pub fn watch_scan(evaluation: &Evaluation, calibration: &Calibration) -> Result<
         |frame, points, motion, position_mm| (sampler.samples(points, motion, position_mm, frame), position_mm),
         |(samples, position_mm)| {
             samples_of_orders.add(&samples);
-            report.lost_steps.extend(steps.note_samples(samples, position_mm));
+            report.lost_steps.extend(steps.note(samples, position_mm));
         },
     )?;
     report.smallest_loss_mm = steps.smallest_detectable_mm();

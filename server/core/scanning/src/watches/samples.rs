@@ -2,10 +2,28 @@
 //! samples of other orders.
 
 use nalgebra::Vector3;
-use optics::{Calibration, Motion, Stage};
+use optics::{Calibration, Motion, Stage, StagePosition};
 
 use crate::params::watches::{BIN_COLUMNS, MAX_SLOPE};
-use crate::points::profile::ProfilePoint;
+use crate::points::profile::{Profile, ProfilePoint};
+
+/// Reduces the frames of a scan to samples, in the order of travel.
+#[derive(Debug, Clone)]
+pub struct FrameReducer {
+    pub(super) sampler: LineSampler,
+    pub(super) stage: Stage,
+    pub(super) n_frames: usize,
+}
+
+impl FrameReducer {
+    /// The samples of the next frame, at its stated stage position; `None` if that is no position of the stage.
+    pub fn reduce(&mut self, profile: &Profile, position_mm: f64) -> Option<FrameSamples> {
+        let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
+        let samples = self.sampler.samples(&profile.points, &motion, position_mm, self.n_frames);
+        self.n_frames += 1;
+        Some(samples)
+    }
+}
 
 /// A line in one bin, at the middle of the bin. Part frame, in the axes of [`LineSampler`].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -75,7 +75,11 @@ fn frames(
 impl Scan {
     fn alarms(&self) -> Vec<LostSteps> {
         let mut watch = LostStepsWatch::new(&self.calibration).unwrap();
-        self.profiles.iter().filter_map(|(profile, position_mm)| watch.note(profile, *position_mm)).collect()
+        let mut reducer = watch.reducer();
+        let note = |(profile, position_mm): &(Profile, f64)| {
+            watch.note(reducer.reduce(profile, *position_mm)?, *position_mm)
+        };
+        self.profiles.iter().filter_map(note).collect()
     }
 }
 

@@ -17,7 +17,7 @@
 mod series;
 mod step;
 
-use optics::{Calibration, Stage, StagePosition};
+use optics::{Calibration, Stage};
 use statistics::median;
 
 use crate::params::lost_steps::{
@@ -26,8 +26,7 @@ use crate::params::lost_steps::{
     SCATTER_WIDENING,
 };
 use crate::params::watches::CLUSTER_TRAVEL_BINS;
-use crate::points::profile::Profile;
-use crate::watches::samples::{FrameSamples, LineSampler, Sample, line_through, surface_at};
+use crate::watches::samples::{FrameReducer, FrameSamples, LineSampler, Sample, line_through, surface_at};
 use series::{Difference, Series};
 use step::{Step, Steps};
 
@@ -96,16 +95,14 @@ impl LostStepsWatch {
         })
     }
 
-    /// Adds the next frame, with its stated stage position, and returns a loss if one is detected. Observations
-    /// before the loss are then discarded.
-    pub fn note(&mut self, profile: &Profile, position_mm: f64) -> Option<LostSteps> {
-        let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
-        let samples = self.sampler.samples(&profile.points, &motion, position_mm, self.n_frames);
-        self.note_samples(samples, position_mm)
+    /// Reduces the frames of a scan for [`LostStepsWatch::note`].
+    pub fn reducer(&self) -> FrameReducer {
+        FrameReducer { sampler: self.sampler.clone(), stage: self.stage, n_frames: self.n_frames }
     }
 
-    /// [`LostStepsWatch::note`] for a frame that is already reduced to samples.
-    pub(crate) fn note_samples(&mut self, samples: FrameSamples, position_mm: f64) -> Option<LostSteps> {
+    /// Adds the next frame, with its stated stage position, and returns a loss if one is detected. Observations
+    /// before the loss are then discarded.
+    pub fn note(&mut self, samples: FrameSamples, position_mm: f64) -> Option<LostSteps> {
         let frame = self.n_frames;
         self.n_frames += 1;
         self.positions_mm.push(position_mm);

@@ -22,7 +22,6 @@ use crate::jobs::scan::taking::backgrounds::{BackgroundLog, noted};
 use crate::jobs::scan::taking::recording::Recorder;
 use crate::jobs::scan::taking::writing::{Kept, NewPeaks};
 use crate::jobs::scan::timing::Timing;
-use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource, StationContext};
@@ -212,11 +211,10 @@ fn take(
     kept.positions.reserve(planned.n_rows.saturating_sub(earlier.len()));
     let scan_id = work.note.scan_id.clone();
     let images = planned.keep_frames.then(|| work.images());
-    let watch = LiveWatch::new(triangulator.calibration());
     let Side { log, recording } = side;
     let notes = recording.and_then(|id| ctx.recordings.notes(id));
     let fusion = Mutex::default();
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, images, log, watch, fusion, notes };
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, images, log, fusion, notes };
     let losses = &mut work.note.losses;
     let ambient = recorder.record(kept, |hand| take_frames(ctx, planned, &earlier, losses, log, hand))?;
     Ok((ambient, recorder.fusion.into_inner()))

@@ -1,14 +1,11 @@
 //! The watches on a scan: their results go into the report, the events, the state of the scan and the history.
 
-use std::collections::VecDeque;
-use std::time::Instant;
-
-use parking_lot::Mutex;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 use optics::Calibration;
 use scanning::{
-    Estimate, Evaluation, LostStepsWatch, Profile, Watch, WatchReport, WatchState, verdicts, watch_scan,
-    with_wavelength_changed,
+    Estimate, Evaluation, FrameReducer, FrameSamples, LostSteps, LostStepsWatch, Profile, Watch, WatchReport,
+    WatchState, verdicts, watch_scan, with_wavelength_changed,
 };
 use serde_json::Value;
 use station::params::RECORDER_FRAMES;
@@ -19,62 +16,59 @@ use crate::jobs::{ComputeContext, JobEnd};
 use crate::resources::scan_run::{ScanPlan, ScanRun};
 use crate::resources::watches::{WATCHES, WatchHistory, verdicts_json, warning, warnings};
 
-/// Number of frames that may wait for the live watch: a quarter of those that the station can keep before it loses some.
-const WAITING_FRAMES: usize = RECORDER_FRAMES / 4;
+/// Number of frames that may wait for the live watch: as many as for the scan itself.
+pub const WAITING_FRAMES: usize = RECORDER_FRAMES;
 
-/// The watch for lost steps during acquisition.
-///
-/// It ends if frames arrive faster than they are processed, since a frame matters more than an early warning: every scan is
-/// checked at its end.
-pub struct LiveWatch(Mutex<Watching>);
-
-struct Watching {
-    watch: Option<LostStepsWatch>,
-    backlog: Backlog,
+/// The next frames of a scan for its [`LiveWatch`].
+pub struct WatchedFrames {
+    reducer: FrameReducer,
+    queue: Option<SyncSender<(FrameSamples, f64)>>,
 }
 
-/// When the last frames arrived, oldest first.
-#[derive(Default)]
-struct Backlog(VecDeque<Instant>);
+/// The watch for lost steps during acquisition, on a thread of its own: to tell a loss from noise takes longer than a frame.
+pub struct LiveWatch {
+    watch: LostStepsWatch,
+    frames: Receiver<(FrameSamples, f64)>,
+}
 
-impl Backlog {
-    /// Adds a frame that is processed now; whether [`WAITING_FRAMES`] more have arrived since it did, at the rate of the
-    /// last ones.
-    fn is_long(&mut self, arrived_at: Instant, now: Instant) -> bool {
-        self.0.push_back(arrived_at);
-        let before = if self.0.len() > WAITING_FRAMES { self.0.pop_front() } else { None };
-        before.is_some_and(|before| now.duration_since(arrived_at) > arrived_at.duration_since(before))
+/// The live watch of a scan; `None` on stations without a linear stage.
+pub fn live_watch(calibration: &Calibration) -> Option<(WatchedFrames, LiveWatch)> {
+    let watch = LostStepsWatch::new(calibration)?;
+    let (queue, frames) = sync_channel(WAITING_FRAMES);
+    Some((WatchedFrames { reducer: watch.reducer(), queue: Some(queue) }, LiveWatch { watch, frames }))
+}
+
+impl WatchedFrames {
+    /// Adds the next frame. If too many are waiting, the watch ends, since a frame matters more than an early warning:
+    /// every scan is checked at its end.
+    pub fn add(&mut self, scan_id: &str, profile: &Profile, position_mm: f64) {
+        let Some(queue) = &self.queue else { return };
+        let Some(samples) = self.reducer.reduce(profile, position_mm) else { return };
+        if let Err(TrySendError::Full(_)) = queue.try_send((samples, position_mm)) {
+            self.queue = None;
+            tracing::warn!(scan_id, "frames are waiting: lost steps are looked for at the end of the scan only");
+        }
     }
 }
 
 impl LiveWatch {
-    /// Inactive on stations without a linear stage.
-    pub fn new(calibration: &Calibration) -> Self {
-        Self(Mutex::new(Watching { watch: LostStepsWatch::new(calibration), backlog: Backlog::default() }))
+    /// Looks at every frame until no more are added; an alarm becomes an event at once. The result for the whole scan
+    /// follows at its end.
+    pub fn run(mut self, ctx: &ComputeContext, scan_id: &str) {
+        for (samples, position_mm) in self.frames {
+            if let Some(lost) = self.watch.note(samples, position_mm) {
+                warn_of(ctx, scan_id, lost);
+            }
+        }
     }
+}
 
-    /// Adds the next frame; an alarm becomes an event at once. The result for the whole scan follows at its end.
-    pub fn note(
-        &self,
-        ctx: &ComputeContext,
-        scan_id: &str,
-        (profile, position_mm): (&Profile, f64),
-        arrived_at: Instant,
-    ) {
-        let mut watching = self.0.lock();
-        if watching.backlog.is_long(arrived_at, Instant::now()) && watching.watch.take().is_some() {
-            tracing::warn!(scan_id, "frames are waiting: lost steps are looked for at the end of the scan only");
-        }
-        let Some(lost) = watching.watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else {
-            return;
-        };
-        drop(watching);
-        let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
-        let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
-        let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
-        if let Err(error) = ctx.wait(ctx.catalogue.commit(warnings)) {
-            tracing::error!(%error, "lost steps were detected, but the event cannot be stored");
-        }
+fn warn_of(ctx: &ComputeContext, scan_id: &str, lost: LostSteps) {
+    let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
+    let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
+    let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
+    if let Err(error) = ctx.wait(ctx.catalogue.commit(warnings)) {
+        tracing::error!(%error, "lost steps were detected, but the event cannot be stored");
     }
 }
 
@@ -147,30 +141,4 @@ impl Watched {
 /// Light dose of the exposures of a scan: 1 is full power for one millisecond.
 fn light_of(plan: &ScanPlan) -> f64 {
     (plan.exposure_us * 1e-3 * plan.laser_power).max(f64::MIN_POSITIVE)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::*;
-
-    #[test]
-    fn a_backlog_is_long_if_many_frames_have_arrived_since() {
-        let start = Instant::now();
-        let at = |ms: u64| start + Duration::from_millis(ms);
-        let mut backlog = Backlog::default();
-        // The first frames say nothing, however late.
-        for idx in 0..WAITING_FRAMES as u64 {
-            assert!(!backlog.is_long(at(2 * idx), at(2 * idx + 1000)));
-        }
-        let span_ms = 2 * WAITING_FRAMES as u64;
-        for (waited_ms, is_long) in [(1, false), (span_ms, false), (span_ms + 1, true), (1, false)] {
-            let arrived_ms = backlog.0.back().unwrap().duration_since(start).as_millis() as u64 + 2;
-            assert_eq!(backlog.is_long(at(arrived_ms), at(arrived_ms + waited_ms)), is_long, "{waited_ms} ms");
-        }
-        // A pause of the computer at a low rate is no backlog.
-        let mut slow = Backlog::default();
-        assert!((0..40).all(|idx| !slow.is_long(at(50 * idx), at(50 * idx + 400))));
-    }
 }

@@ -27,7 +27,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::images::image_path;
 use crate::jobs::scan::taking::backgrounds::{BackgroundLog, RowBackground};
 use crate::jobs::scan::taking::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
-use crate::jobs::scan::watched::LiveWatch;
+use crate::jobs::scan::watched::{WatchedFrames, live_watch};
 use crate::jobs::{JobEnd, StationContext};
 use crate::recordings::notes::Notes;
 
@@ -48,8 +48,6 @@ pub struct Recorder<'a> {
     pub triangulator: &'a Triangulator,
     /// Folder for kept images, if any.
     pub images: Option<PathBuf>,
-    /// Receives every frame in order.
-    pub watch: LiveWatch,
     /// HDR statistics.
     pub fusion: Mutex<FusionCounts>,
     /// Which background was subtracted from each frame.
@@ -132,6 +130,7 @@ impl Recorder<'_> {
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
         let (to_disk, records) = sync_channel(QUEUE_RECORDS);
         let (taken, memory) = (Mutex::new(taken), Memory::default());
+        let (mut watched, watch) = live_watch(self.triangulator.calibration()).unzip();
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions.len();
         let hand = FrameSink { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
@@ -145,7 +144,11 @@ impl Recorder<'_> {
             drop(sender);
             let write = move || kept.write(&records, &memory.records, failed);
             let writer = spawned(scope, "scan-write".to_owned(), write)?;
-            let show = move |idx, position, found| self.show(idx, position, found, memory, &to_disk);
+            if let Some(watch) = watch {
+                spawned(scope, "scan-watch".to_owned(), move || watch.run(self.ctx, self.scan_id))?;
+            }
+            let show =
+                move |idx, position, found| self.show((idx, position), found, memory, &to_disk, watched.as_mut());
             let shower = spawned(scope, "scan-show".to_owned(), move || in_order(seen, first, failed, show))?;
             let ended = take(&hand);
             drop(hand);
@@ -234,11 +237,11 @@ impl Recorder<'_> {
 
     fn show(
         &self,
-        idx: usize,
-        position: StagePosition,
+        (idx, position): (usize, StagePosition),
         found: Found,
         memory: &Memory,
         to_disk: &SyncSender<Record>,
+        watched: Option<&mut WatchedFrames>,
     ) -> Result<(), AppError> {
         let Found { live: result, record } = found;
         let (live, arrived_at) = (&self.ctx.live, result.frame.arrived_at);
@@ -247,7 +250,9 @@ impl Recorder<'_> {
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
             live.add_profile_points(self.scan_id, idx as u32, position, profile, calibration);
-            self.watch.note(self.ctx, self.scan_id, (profile, position.value()), arrived_at);
+            if let Some(watched) = watched {
+                watched.add(self.scan_id, profile, position.value());
+            }
         }
         lock(&memory.results).give_back(result);
         let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");

@@ -1,9 +1,13 @@
 //! Results of the watches on station scans in report, events and history; and rows with several exposures.
 
+use std::time::Duration;
+
+use scanning::Profile;
 use store::ScanState;
-use twin::{SceneKind, TwinFault};
+use twin::{SceneKind, StationShape, TwinFault};
 
 use super::bench::{Bench, from_station};
+use crate::jobs::scan::watched::{WAITING_FRAMES, live_watch};
 use crate::resources::watches::WatchHistory;
 
 /// The result of a watch in a scan report.
@@ -40,6 +44,45 @@ fn a_wavelength_drift_is_in_the_report_the_events_and_the_history() {
     assert_eq!(scans, [clean.id.as_str(), warm.id.as_str()]);
     assert_eq!(history.readings[1].verdicts, warm.report["watches"]);
     assert_eq!(history.n_reference_scans("true0000"), 2);
+}
+
+#[test]
+fn lost_steps_are_reported_while_the_scan_runs_and_at_its_end() {
+    // With all pixels: with a quarter of them, nothing can be said about the steps of this part.
+    let bench = Bench::of(&StationShape::default());
+    bench.operator.place_part(&SceneKind::Freeform);
+    let (station, operator) = (bench.station.clone(), bench.operator.clone());
+    let reaches = move |place: fn(f64) -> bool| {
+        while !station.status().position_mm.is_some_and(place) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    };
+    let loses = std::thread::spawn(move || {
+        reaches(|position_mm| position_mm < -20.0);
+        // From here on several orders see what others have seen.
+        reaches(|position_mm| position_mm > 12.5);
+        operator.set_fault(TwinFault::LostSteps { lost_mm: 0.5 });
+    });
+    let scan = bench.scan(from_station(-27.5, 27.5, 0.5));
+    loses.join().unwrap();
+    let found = verdict(&scan.report, "lost_steps");
+    assert_eq!(found["reason_code"], "steps_lost", "{found}");
+    // One from the live watch, one with the results of the whole scan.
+    let n_warned = kinds_of(&bench, &scan.id).iter().filter(|kind| *kind == "lost_steps").count();
+    assert_eq!(n_warned, 2);
+}
+
+#[test]
+fn a_live_watch_that_cannot_follow_ends_and_delays_no_frame() {
+    let bench = Bench::new();
+    let (mut frames, watch) = live_watch(&bench.document.calibration()).unwrap();
+    // Nobody looks at them: the last one is not waited for.
+    for idx in 0..=WAITING_FRAMES {
+        frames.add("scan", &Profile::default(), 0.1 * idx as f64);
+    }
+    // It looks at those that waited and awaits no more, although the scan goes on.
+    watch.run(&bench.job().ctx, "scan");
+    frames.add("scan", &Profile::default(), 0.0);
 }
 
 #[test]
