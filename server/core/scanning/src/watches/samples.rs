@@ -57,7 +57,7 @@ pub struct LineSampler {
     pub n_bins: usize,
 }
 
-/// The samples of one frame: per order, in the sequence of [`LineSampler::orders`], by bin.
+/// The samples of one frame: per order, in the sequence of the calibration, by bin.
 pub type FrameSamples = Vec<Vec<(usize, Sample)>>;
 
 impl LineSampler {
