@@ -52,6 +52,14 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
 )]
 struct Document;
 
+/// The document in `openapi/`, which is that of the program (`server/cli/tests/it/http/protocol/document.rs`). Tests that
+/// built it would compile every handler once more.
+#[cfg(test)]
+pub fn checked_in_document() -> serde_json::Value {
+    let document = include_str!("../../../../../openapi/openapi.json");
+    serde_json::from_str(document).expect("a test compares it with that of the program")
+}
+
 /// The routes and the API document.
 pub fn routes_and_document() -> (Router<Http>, utoipa::openapi::OpenApi) {
     let (router, mut document) = OpenApiRouter::with_openapi(Document::openapi())
