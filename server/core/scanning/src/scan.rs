@@ -67,7 +67,7 @@ pub fn evaluate_scan<'a>(
 }
 
 /// [`evaluate_scan`] with the profiles of about `keep_points` points cached between steps; the result is the same.
-pub(crate) fn evaluate_keeping<'a>(
+pub fn evaluate_keeping<'a>(
     frames: &'a dyn Frames,
     calibration: &'a Calibration,
     params: &ScanParams,

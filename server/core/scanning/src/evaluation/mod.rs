@@ -355,6 +355,3 @@ impl ScanTotals {
         self.totals.iter_mut().zip(&frame.totals).for_each(|(total, sums)| total.add_all(sums));
     }
 }
-
-#[cfg(test)]
-mod tests;

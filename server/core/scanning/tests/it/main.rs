@@ -5,6 +5,7 @@
 mod clouds;
 mod common;
 mod exposures;
+mod from_file;
 mod labelling;
 mod line_powers;
 mod lost_steps;

@@ -1,23 +1,18 @@
 //! A scan read from a file piece by piece, on any number of threads, gives the same result as the scan in memory. The
 //! correctness of labels and points is tested elsewhere.
-#![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
 use std::path::Path;
 
 use optics::{StageKind, StagePosition};
+use scanning::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter, read_one_frame, read_positions};
+use scanning::files::{CloudWriter, write_cloud_in_pieces, write_cloud_to};
+use scanning::scan::evaluate_keeping;
+use scanning::synthetic::{SIZE_PX, SyntheticScan};
+use scanning::{
+    Cloud, CloudFormat, DropReason, FileError, Frames, ScanError, ScanFrame, ScanParams, ScanReport, scan_cloud,
+};
 use vision::{LineDirection, Segment};
-
-use crate::Cloud;
-use crate::error::ScanError;
-use crate::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter, read_one_frame, read_positions};
-use crate::files::{CloudFormat, CloudWriter, FileError, write_cloud_in_pieces, write_cloud_to};
-use crate::input::frames::Frames;
-use crate::input::frames::ScanFrame;
-use crate::input::synthetic::{SIZE_PX, SyntheticScan};
-use crate::points::dropped::DropReason;
-use crate::report::ScanReport;
-use crate::scan::{ScanParams, evaluate_keeping, scan_cloud};
 
 /// Enough frames for several windows and batches.
 const N_FRAMES: usize = 90;
