@@ -19,6 +19,10 @@ use crate::resources::watches::{WATCHES, WatchHistory, verdicts_json, warning, w
 /// Number of frames that may wait for the live watch: as many as for the scan itself.
 pub const WAITING_FRAMES: usize = RECORDER_FRAMES;
 
+/// As of `nice`: a tenth of the weight of a thread that takes part in the scan.
+#[cfg(target_os = "linux")]
+const WATCH_NICE: i32 = 10;
+
 /// The next frames of a scan for its [`LiveWatch`].
 pub struct WatchedFrames {
     reducer: FrameReducer,
@@ -55,11 +59,22 @@ impl LiveWatch {
     /// Looks at every frame until no more are added; an alarm becomes an event at once. The result for the whole scan
     /// follows at its end.
     pub fn run(mut self, ctx: &ComputeContext, scan_id: &str) {
+        give_way();
         for (samples, position_mm) in self.frames {
             if let Some(lost) = self.watch.note(samples, position_mm) {
                 warn_of(ctx, scan_id, lost);
             }
         }
+    }
+}
+
+/// Lets all other threads go first: this one computes for 0.1 s when a frame looks like a loss, and on two processors
+/// new frames would wait for it.
+fn give_way() {
+    // Linux gives each thread a priority of its own.
+    #[cfg(target_os = "linux")]
+    if let Err(error) = rustix::process::setpriority_process(None, WATCH_NICE) {
+        tracing::debug!(%error, "the live watch keeps its priority");
     }
 }
 
