@@ -30,6 +30,13 @@ pub struct FrameFeatures {
     pub shared_columns: Vec<SharedColumns>,
 }
 
+impl FrameFeatures {
+    /// The pieces alone.
+    pub fn into_pieces(self) -> Vec<Piece> {
+        self.pieces
+    }
+}
+
 /// Extracts the features of every frame.
 pub fn extract_features(
     frames: &dyn Frames,
