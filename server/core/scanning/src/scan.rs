@@ -67,6 +67,9 @@ pub fn evaluate_scan<'a>(
 }
 
 /// [`evaluate_scan`] with the profiles of about `keep_points` points cached between steps; the result is the same.
+///
+/// # Errors
+/// As [`evaluate_scan`].
 pub fn evaluate_keeping<'a>(
     frames: &'a dyn Frames,
     calibration: &'a Calibration,

@@ -132,7 +132,7 @@ pub fn label_frames(
         let sections = sections::sections(&whole);
         let start = sections::labels_of(&sections, &of_pieces);
         let (features, evidence, _) = gather(sections, Some(&learned))?;
-        // The samples of all sections are as large as their evidence, and are no longer needed.
+        // The samples of all sections are a third of all memory in use here, and are no longer needed.
         let sections = features.into_pieces();
         pieces = sections::merged(&sections, &solve::inference::best_labels_from(&evidence, start));
         widths = Some(learned);

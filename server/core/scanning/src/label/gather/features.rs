@@ -31,7 +31,7 @@ pub struct FrameFeatures {
 }
 
 impl FrameFeatures {
-    /// The pieces alone.
+    /// The pieces alone; the other features are dropped.
     pub fn into_pieces(self) -> Vec<Piece> {
         self.pieces
     }
