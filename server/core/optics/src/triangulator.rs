@@ -62,6 +62,17 @@ impl Hits {
         }
     }
 
+    /// The hits of a range, in order.
+    #[inline]
+    pub fn all(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = RayHit> {
+        let [x_mm, y_mm, z_mm, by_u, by_v] =
+            [&self.x_mm, &self.y_mm, &self.z_mm, &self.range_by_u, &self.range_by_v]
+                .map(|list| &list[range.clone()]);
+        let positions = x_mm.iter().zip(y_mm).zip(z_mm).map(|((x, y), z)| PointMm::new(Vector3::new(*x, *y, *z)));
+        let by_pixel = by_u.iter().zip(by_v).map(|(by_u, by_v)| Vector2::new(*by_u, *by_v));
+        positions.zip(by_pixel).map(|(in_camera, range_by_pixel)| RayHit { in_camera, range_by_pixel })
+    }
+
     fn set(&mut self, idx: usize, hit: &RayHit) {
         let xyz = &hit.in_camera.xyz;
         (self.x_mm[idx], self.y_mm[idx], self.z_mm[idx]) = (xyz.x, xyz.y, xyz.z);

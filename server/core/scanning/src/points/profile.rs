@@ -1,6 +1,6 @@
 //! One frame's labelled, triangulated points.
 
-use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
+use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, RayHit, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
 use crate::input::frames::OneFrame;
@@ -139,25 +139,24 @@ impl Profile {
 
     /// Adds the points within the depth range; counts the others.
     fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
-        let (mut n_missed, mut n_outside) = (0, 0);
-        for (idx, centreline) in points.iter().enumerate() {
-            let hit = hits.at(idx);
-            let depth_mm = hit.in_camera.xyz.z;
-            if depth_range_mm.contains(depth_mm) {
-                let noise_sigma_mm = hit.noise_sigma_mm(&centreline.normal, centreline.sigma_px);
-                self.points.push(ProfilePoint {
+        let mut first = 0;
+        let is_inside = |depth_mm: &f64| depth_range_mm.contains(*depth_mm);
+        for run in hits.z_mm.chunk_by(|a, b| is_inside(a) == is_inside(b)) {
+            let range = first..first + run.len();
+            first = range.end;
+            if is_inside(&run[0]) {
+                let point = |(centreline, hit): (&CentrelinePoint, RayHit)| ProfilePoint {
                     order,
                     hit_in_camera: hit.in_camera,
                     centreline: *centreline,
-                    noise_sigma_mm,
-                });
-            } else if depth_mm.is_nan() {
-                n_missed += 1;
+                    noise_sigma_mm: hit.noise_sigma_mm(&centreline.normal, centreline.sigma_px),
+                };
+                self.points.extend(points[range.clone()].iter().zip(hits.all(range)).map(point));
             } else {
-                n_outside += 1;
+                let n_missed = run.iter().filter(|depth_mm| depth_mm.is_nan()).count();
+                self.dropped.add_points(DropReason::NoHit, n_missed);
+                self.dropped.add_points(DropReason::OutsideDepth, run.len() - n_missed);
             }
         }
-        self.dropped.add_points(DropReason::NoHit, n_missed);
-        self.dropped.add_points(DropReason::OutsideDepth, n_outside);
     }
 }
