@@ -8,6 +8,7 @@
 mod columns;
 mod cuts;
 mod gather;
+mod kinks;
 mod pieces;
 mod sections;
 mod solve;
@@ -111,8 +112,9 @@ pub fn label_frames(
     let lit = lit_lines(frames, triangulator.calibration())?;
     let travel = Travel::of(motions, lit.as_deref());
     let direction = lines_of(frames, 0)?.direction;
-    let gather::features::CutLines { mut pieces, directions, width_px: line_width_px } =
-        gather::features::cut_pieces(frames, &travel.order)?;
+    let cut = gather::features::cut_pieces(frames, &travel.order)?;
+    let line_width_px = cut.width_px();
+    let gather::features::CutLines { mut pieces, directions, widths_px } = cut;
     if let Some(lit) = lit {
         let orders = &triangulator.calibration().orders;
         let crossing =
@@ -124,7 +126,8 @@ pub fn label_frames(
         return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
     let is_scan = frames.n_frames() > 1;
-    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction, is_scan };
+    let view =
+        gather::hypotheses::View { triangulator, depth_range_mm, direction, widths_px: &widths_px, is_scan };
     let mut widths = None;
     if is_scan {
         let gather = |pieces, widths| gather_evidence(frames, motions, &travel, &view, (pieces, widths));

@@ -1,13 +1,11 @@
 //! Segments cut at kinks into pieces that belong to one line each, and the samples that represent them.
 
-use multiversion::multiversion;
-use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
+use vision::{CentrelinePoint, Centrelines};
 
-use crate::input::line_step::{largest_level_step_px, largest_step_px};
+use super::kinks::Kinks;
 use crate::params::{
-    CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
-    KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
-    STEP_LIMITS,
+    JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS, MIN_PIECE_POINTS,
+    MIN_SAMPLES, SAMPLE_STRIDE_PX,
 };
 
 /// A piece of a segment: the unit that has one label.
@@ -69,8 +67,9 @@ impl Piece {
 /// The pieces of one frame, ordered by segment, then along the line. `width_px`: full width of its lines in focus.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, width_px: f64) -> Vec<Piece> {
     let (mut pieces, direction) = (Vec::new(), lines.direction);
+    let mut kinks = Kinks::new(direction, width_px, lines.correlation_px);
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
-        for (first, end) in cut_at_kinks(segment, direction, width_px, lines.correlation_px) {
+        for (first, end) in kinks.ranges_between(segment) {
             if end - first < MIN_PIECE_POINTS {
                 continue;
             }
@@ -118,6 +117,9 @@ pub fn joints_nearby(joints: &[Vec<Joint>], travel_order: &[usize]) -> Vec<Vec<J
 /// Cuts the pieces of a frame where the same line ends or is cut in one of the frames before and after: a joint hidden
 /// in one frame is visible in its neighbours. `width_px`: full width of its lines in focus.
 pub fn cut_at_joints(pieces: &[Piece], lines: &Centrelines, width_px: f64, nearby: &[Joint]) -> Vec<Piece> {
+    if nearby.is_empty() {
+        return pieces.to_vec();
+    }
     pieces.iter().flat_map(|piece| cut_piece(*piece, lines, width_px, nearby)).collect()
 }
 
@@ -184,153 +186,4 @@ pub fn stride_for(n_points: usize) -> usize {
         stride /= 2;
     }
     stride
-}
-
-/// Index ranges between jumps, kinks and small steps; the points next to a cut belong to neither side.
-fn cut_at_kinks(
-    segment: &Segment,
-    direction: LineDirection,
-    width_px: f64,
-    correlation_px: f64,
-) -> Vec<(usize, usize)> {
-    let span = columns(KINK_SPAN_WIDTHS * width_px);
-    // A mean over n correlated points has the variance of one over n / correlation length independent points.
-    let correlation = correlation_px.max(1.0).sqrt();
-    let place = |point: &CentrelinePoint| (point.along_across(direction).1, 1.0 / (point.sigma_px * correlation));
-    let (across, inverse_noise): (Vec<f64>, Vec<f64>) = segment.points.iter().map(place).unzip();
-    let bends = bends(&across, span);
-    let limits =
-        STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
-    let steps = steps(&across, &inverse_noise, &limits);
-    let trim = cut_trim(width_px);
-    let level_step_px = largest_level_step_px(width_px);
-    let mut ranges = Vec::new();
-    let mut first = 0;
-    for idx in possible_cuts(&across, level_step_px, &bends, &steps) {
-        let point = &segment.points[idx];
-        let moved_px = (across[idx] - across[idx - 1]).abs();
-        let jump = || moved_px > largest_step_px(point, width_px, direction);
-        // A bend is a second difference: √6 times the noise of one point.
-        let bend_sigma = || 6f64.sqrt() * point.sigma_px / span as f64;
-        let kink =
-            || bends[idx] > KINK_SLOPE && bends[idx] > KINK_SIGMAS * bend_sigma() && is_peak(&bends, idx, span);
-        let step = || steps[idx] > 1.0 && is_peak(&steps, idx, span);
-        if jump() || kink() || step() {
-            ranges.push((first, idx.saturating_sub(trim)));
-            first = idx + trim;
-        }
-    }
-    ranges.push((first, across.len()));
-    ranges.retain(|(first, end)| first < end);
-    ranges
-}
-
-/// Points from the second on that may be cuts, which are nearly none: the line moves by more than `level_step_px`, its bend
-/// is above [`KINK_SLOPE`], or its step above a limit.
-fn possible_cuts(across: &[f64], level_step_px: f64, bends: &[f64], steps: &[f64]) -> Vec<usize> {
-    let (mut places, mut n_places) = (vec![0; across.len()], 0);
-    let of_pairs = across.iter().zip(across.iter().skip(1).zip(bends.iter().skip(1).zip(&steps[1..]))).enumerate();
-    for (before, (from, (to, (bend, step)))) in of_pairs {
-        places[n_places] = before + 1;
-        let is_above = ((to - from).abs() > level_step_px) | (*bend > KINK_SLOPE) | (*step > 1.0);
-        n_places += usize::from(is_above);
-    }
-    places.truncate(n_places);
-    places
-}
-
-/// Number of points excluded on either side of a cut. `width_px`: width of lines in focus.
-pub fn cut_trim(width_px: f64) -> usize {
-    (CUT_TRIM_WIDTHS * width_px).round().max(1.0) as usize
-}
-
-/// A length along the line in whole scan columns (rows), at least as many as a slope needs.
-fn columns(length_px: f64) -> usize {
-    (length_px.round() as usize).max(MIN_PIECE_POINTS - 1)
-}
-
-/// Limit for a step between lines fitted to points on either side.
-struct StepLimit {
-    /// Points on either side.
-    span: usize,
-    /// Smallest step, in σ of a point.
-    sigmas: f64,
-    /// Smallest step, px.
-    least_px: f64,
-}
-
-impl StepLimit {
-    fn new(width_px: f64, span_widths: f64, least_widths: f64) -> Self {
-        let span = columns(span_widths * width_px);
-        let n = span as f64;
-        // Variance of a least-squares line of n points half a point beyond its last, in that of a point; twice that of a
-        // step.
-        let end_variance = 1.0 / n + 3.0 * n / (n * n - 1.0);
-        let sigmas = STEP_LIMIT_SIGMAS * (2.0 * end_variance).sqrt();
-        Self { span, sigmas, least_px: least_widths * width_px }
-    }
-}
-
-/// Per point: the change of slope from the `span` points before it to those after it, px/px.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn bends(across: &[f64], span: usize) -> Vec<f64> {
-    let mut bends = vec![0.0; across.len()];
-    if let (Some(here), Some(ahead)) = (across.get(span..), across.get(2 * span..)) {
-        let around = across.iter().zip(here).zip(ahead);
-        for (bend, ((behind, here), ahead)) in bends[span..].iter_mut().zip(around) {
-            *bend = ((ahead - here) - (here - behind)).abs() / span as f64;
-        }
-    }
-    bends
-}
-
-/// Per point: distance between the line fitted to the points before it and the line fitted to those from it on, in
-/// limits.
-///
-/// The lines are computed from running sums; `inverse_noise` holds 1/σ of every point, 1/px.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn steps(across: &[f64], inverse_noise: &[f64], limits: &[StepLimit]) -> Vec<f64> {
-    let (mut sum, mut moment) = (0.0, 0.0);
-    let (mut sums, mut moments) = (vec![0.0; across.len() + 1], vec![0.0; across.len() + 1]);
-    for (place, ((y, sum_to), moment_to)) in across.iter().zip(&mut sums[1..]).zip(&mut moments[1..]).enumerate() {
-        sum += y - across[0];
-        moment += place as f64 * (y - across[0]);
-        (*sum_to, *moment_to) = (sum, moment);
-    }
-    let mut steps = vec![0.0f64; across.len()];
-    for &StepLimit { span, sigmas, least_px } in limits {
-        if across.len() < 2 * span {
-            continue;
-        }
-        let n = across.len() + 1 - 2 * span;
-        let of = |offset: usize| (&sums[offset..offset + n], &moments[offset..offset + n]);
-        let [first, middle, last] = [of(0), of(span), of(2 * span)];
-        let (constant, slope) = end_weights(span);
-        let (by_noise, by_least) = (1.0 / sigmas, 1.0 / least_px);
-        for (i, step) in steps[span..span + n].iter_mut().enumerate() {
-            // The line through the points before, half a point beyond the last: Σ (α + β j) y over j = 0 … span − 1.
-            let (before, moment) = (middle.0[i] - first.0[i], middle.1[i] - first.1[i]);
-            let ends = constant * before + slope * (moment - i as f64 * before);
-            // The line through the points after, half a point before the first, counted backwards.
-            let (after, moment) = (last.0[i] - middle.0[i], last.1[i] - middle.1[i]);
-            let starts = constant * after + slope * ((i + 2 * span - 1) as f64 * after - moment);
-            *step = step.max((ends - starts).abs() * (by_noise * inverse_noise[span + i]).min(by_least));
-        }
-    }
-    steps
-}
-
-/// Weight of point i of n in the value of their least-squares line half a point beyond the last: α + β i.
-fn end_weights(n: usize) -> (f64, f64) {
-    let count = n as f64;
-    let slope = 6.0 / (count * count - 1.0);
-    (1.0 / count - 0.5 * (count - 1.0) * slope, slope)
-}
-
-/// Whether `idx` is the strongest bend within a span; the first of equals.
-fn is_peak(bends: &[f64], idx: usize, span: usize) -> bool {
-    let from = idx.saturating_sub(span);
-    let to = (idx + span + 1).min(bends.len());
-    bends[from..idx].iter().all(|other| *other < bends[idx])
-        && bends[idx..to].iter().all(|other| *other <= bends[idx])
 }

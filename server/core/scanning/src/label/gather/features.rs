@@ -72,29 +72,39 @@ pub struct CutLines {
     pub pieces: Vec<Piece>,
     /// Per frame: direction of its lines.
     pub directions: Vec<LineDirection>,
-    /// Full width of lines in focus, px: the median over the frames.
-    pub width_px: f64,
+    /// Per frame: full width of its lines in focus, px; 0 without lines.
+    pub widths_px: Vec<f64>,
+}
+
+impl CutLines {
+    /// Full width of lines in focus, px: the median over the frames with lines.
+    pub fn width_px(&self) -> f64 {
+        let mut widths_px: Vec<f64> = self.widths_px.iter().copied().filter(|width_px| *width_px > 0.0).collect();
+        median(&mut widths_px).unwrap_or(0.0)
+    }
 }
 
 /// The lines of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
 /// the sequence of their stage positions.
 pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLines, ScanError> {
+    let has_neighbours = frames.n_frames() > 1;
     let found = of_every_frame(frames, |frame, lines| {
         let width_px = in_focus_width_px(lines);
         let pieces = pieces::pieces_of_frame(lines, frame, width_px);
-        let joints = pieces::joints_of_frame(&pieces, lines, width_px);
+        let joints = match has_neighbours {
+            true => pieces::joints_of_frame(&pieces, lines, width_px),
+            false => Vec::new(),
+        };
         ((pieces, joints), (lines.direction, width_px))
     })?;
     let (found, properties): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = properties.into_iter().unzip();
+    let (directions, widths_px): (Vec<LineDirection>, Vec<f64>) = properties.into_iter().unzip();
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
     let nearby = pieces::joints_nearby(&joints, travel_order);
     let cut = of_every_frame(frames, |frame, lines| {
         pieces::cut_at_joints(&pieces[frame], lines, widths_px[frame], &nearby[frame])
     })?;
-    widths_px.retain(|width_px| *width_px > 0.0);
-    let pieces = cut.into_iter().flatten().collect();
-    Ok(CutLines { pieces, directions, width_px: median(&mut widths_px).unwrap_or(0.0) })
+    Ok(CutLines { pieces: cut.into_iter().flatten().collect(), directions, widths_px })
 }
 
 /// The features of one frame.
@@ -110,9 +120,8 @@ impl OneFrameFeatures {
     fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
         let own = pieces_of(pieces, frame);
         let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);
-        let width_px = in_focus_width_px(lines);
         let follows = |idx: usize| {
-            idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, width_px, view.direction)
+            idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.widths_px[frame], view.direction)
         };
         let joined = own.clone().map(follows).collect();
         let pieces = &pieces[own.clone()];

@@ -57,6 +57,10 @@ impl Samples {
 
     /// Appends the samples of the next pieces.
     pub fn append(&mut self, other: Self) {
+        if self.first_of_piece.len() == 1 {
+            *self = other;
+            return;
+        }
         let n = self.all.len();
         self.first_of_piece.extend(other.first_of_piece[1..].iter().map(|first| n + first));
         self.all.extend(other.all);
@@ -89,7 +93,7 @@ impl Samples {
     }
 }
 
-/// Inputs for triangulating a pixel under every order.
+/// What the features of frames are extracted with.
 pub struct View<'a> {
     /// The station's triangulator.
     pub triangulator: &'a Triangulator,
@@ -97,6 +101,8 @@ pub struct View<'a> {
     pub depth_range_mm: DepthRangeMm,
     /// Direction of the lines.
     pub direction: LineDirection,
+    /// Per frame: full width of its lines in focus, px.
+    pub widths_px: &'a [f64],
     /// Whether there are several frames, so that surfaces seen twice and the widths of lines are evidence.
     pub is_scan: bool,
 }
@@ -164,8 +170,11 @@ impl View<'_> {
             let unknown = Hypothesis { in_part_mm: Vector3::repeat(f64::NAN), depth_mm, sigma_mm: f64::NAN };
             self.depth_range_mm.contains(depth_mm).then_some(unknown)
         };
-        let of_sample = |at: usize| (0..n_orders).map(move |order_idx| order_idx * n + at);
-        samples.hypotheses.extend((0..n).flat_map(of_sample).map(|slot| hypothesis(depths_mm[slot])));
+        samples.hypotheses = vec![None; n * n_orders];
+        for (order_idx, of_order) in depths_mm.chunks_exact(n.max(1)).enumerate() {
+            let slots = samples.hypotheses[order_idx..].iter_mut().step_by(n_orders);
+            slots.zip(of_order).for_each(|(slot, &depth_mm)| *slot = hypothesis(depth_mm));
+        }
         for at in samples.first_of_piece[..samples.first_of_piece.len() - 1].iter().copied().filter(|at| *at < n) {
             let by_order = (0..n_orders).map(|order_idx| self.triangulator.hit(order_idx, u_px[at], v_px[at]));
             samples.all[at].pitch_px = pitch_px(by_order, self.direction);

@@ -10,7 +10,8 @@ use crate::error::ScanError;
 use crate::input::frames::{Frames, in_order, lines_of};
 use crate::input::line_step::largest_step_px;
 use crate::label::columns::{Columns, pieces_of};
-use crate::label::pieces::{Piece, cut_trim};
+use crate::label::kinks::cut_trim;
+use crate::label::pieces::Piece;
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT, JOINT_WEIGHT,
     SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
