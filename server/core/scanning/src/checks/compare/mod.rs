@@ -62,13 +62,14 @@ pub struct Surfaces<'a> {
     grid: PatchGrid,
 }
 
-/// Comparison of a point with the surfaces of the other orders around it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct SurfaceComparison {
-    agreeing: usize,
-    contradicting: usize,
-    /// Distance to the nearest of them in depth, in tolerances.
-    nearest_tolerances: f64,
+/// A point compared with a surface that another order has observed.
+struct Other<'a> {
+    in_part: Vector3<f64>,
+    view: ViewPoint,
+    patch: &'a Patch,
+    patch_view: ViewPoint,
+    apart_mm: f64,
+    tolerance_mm: f64,
 }
 
 /// The patch nearest to a point, and the view of the point from which it is nearest.
@@ -129,20 +130,31 @@ impl<'a> Surfaces<'a> {
 
     /// Whether the surfaces of other orders contradict the point.
     pub fn contradict(&self, point: &ProfilePoint, frame: usize) -> bool {
-        let comparison = self.comparison(point, frame);
-        comparison.contradicting >= CONTRADICTING_SURFACES && comparison.contradicting > comparison.agreeing
+        let (mut n_agreeing, mut n_contradicting) = (0, 0);
+        self.for_each_other(point, frame, |Other { in_part, view, patch, patch_view, apart_mm, tolerance_mm }| {
+            let hides = if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize };
+            if apart_mm.abs() <= tolerance_mm * CONTRADICTION_TOLERANCES {
+                n_agreeing += 1;
+            } else if patch.smooth && self.occludes(&in_part, patch, hides) {
+                n_contradicting += 1;
+            }
+        });
+        n_contradicting >= CONTRADICTING_SURFACES && n_contradicting > n_agreeing
     }
 
     /// Distance of the point from the nearest surface that another order has observed in another frame, in depth and in
     /// tolerances.
     pub fn nearest_tolerances(&self, point: &ProfilePoint, frame: usize) -> f64 {
-        self.comparison(point, frame).nearest_tolerances
+        let mut nearest_tolerances = f64::INFINITY;
+        self.for_each_other(point, frame, |Other { apart_mm, tolerance_mm, .. }| {
+            nearest_tolerances = nearest_tolerances.min(apart_mm.abs() / tolerance_mm);
+        });
+        nearest_tolerances
     }
 
-    fn comparison(&self, point: &ProfilePoint, frame: usize) -> SurfaceComparison {
+    /// Compares a point with the surfaces around it that other orders have observed in other frames.
+    fn for_each_other(&self, point: &ProfilePoint, frame: usize, mut each: impl FnMut(Other)) {
         let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
-        let mut comparison =
-            SurfaceComparison { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
         for view in self.reference_view.views_of(&in_part) {
             self.grid.for_each_near(&view.xy_mm, |idx, _| {
                 let patch = &self.patches[idx];
@@ -150,22 +162,10 @@ impl<'a> Surfaces<'a> {
                     return;
                 }
                 let patch_view = patch.view(&self.reference_view);
-                let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
-                comparison.nearest_tolerances = comparison.nearest_tolerances.min(apart.abs() / tolerance);
-                if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
-                    comparison.agreeing += 1;
-                } else if patch.smooth
-                    && self.occludes(
-                        &in_part,
-                        patch,
-                        if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
-                    )
-                {
-                    comparison.contradicting += 1;
-                }
+                let (apart_mm, tolerance_mm) = self.difference(point, &view, patch, &patch_view);
+                each(Other { in_part, view, patch, patch_view, apart_mm, tolerance_mm });
             });
         }
-        comparison
     }
 
     /// Depth of the point minus that of the patch at its position, and the tolerance of this difference, mm.

@@ -19,33 +19,45 @@ pub struct ViewPoint {
 pub struct PatchGrid {
     travel: Vector2<f64>,
     radii_mm: [f64; 2],
+    /// Smallest coordinates of the entries, in radii.
     origin: Vector2<f64>,
     n_cells: [usize; 2],
     /// First entry of each cell in `entries`; one more than cells.
     starts: Vec<u32>,
     entries: Vec<u32>,
+    /// Coordinates of each of `entries` across and along the travel, in radii.
     places: Vec<Vector2<f64>>,
 }
 
 impl PatchGrid {
-    /// A grid over `places`. `radii_mm`: search radius across and along `travel`.
-    pub fn new(places: impl Iterator<Item = Vector2<f64>>, travel: Vector2<f64>, radii_mm: [f64; 2]) -> Self {
-        let travel = travel.normalize();
-        let turned = |xy: Vector2<f64>| Vector2::new(xy.x * travel.y - xy.y * travel.x, xy.dot(&travel));
-        let places: Vec<Vector2<f64>> = places.map(turned).collect();
-        let low = places.iter().fold(Vector2::repeat(f64::INFINITY), |low, place| low.inf(place));
-        let high = places.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, place| high.sup(place));
-        let mut grid =
-            Self { travel, radii_mm, origin: low, n_cells: [0, 0], starts: vec![0], entries: Vec::new(), places };
+    /// A grid over places of the view. `radii_mm`: search radius across and along `travel`.
+    pub fn new(xy_mm: impl Iterator<Item = Vector2<f64>>, travel: Vector2<f64>, radii_mm: [f64; 2]) -> Self {
+        let mut grid = Self {
+            travel: travel.normalize(),
+            radii_mm,
+            origin: Vector2::zeros(),
+            n_cells: [0, 0],
+            starts: vec![0],
+            entries: Vec::new(),
+            places: Vec::new(),
+        };
+        grid.places = xy_mm.map(|xy_mm| grid.in_radii(&xy_mm)).collect();
         if grid.places.is_empty() {
             return grid;
         }
+        let low = grid.places.iter().fold(Vector2::repeat(f64::INFINITY), |low, place| low.inf(place));
+        let high = grid.places.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, place| high.sup(place));
         let most = (grid.places.len() * MAX_CELLS_PER_ENTRY) as f64;
-        let extent = high - low;
-        let cells = [(extent.x / radii_mm[0]).floor() + 1.0, (extent.y / radii_mm[1]).floor() + 1.0];
-        grid.n_cells = cells.map(|n| n.min(most) as usize);
+        grid.origin = low;
+        grid.n_cells = [0, 1].map(|axis| ((high - low)[axis].floor() + 1.0).min(most) as usize);
         grid.fill();
         grid
+    }
+
+    /// A vector across the view: its coordinates across and along the travel, in radii.
+    fn in_radii(&self, xy_mm: &Vector2<f64>) -> Vector2<f64> {
+        let across_mm = xy_mm.x * self.travel.y - xy_mm.y * self.travel.x;
+        Vector2::new(across_mm / self.radii_mm[0], xy_mm.dot(&self.travel) / self.radii_mm[1])
     }
 
     fn fill(&mut self) {
@@ -64,24 +76,22 @@ impl PatchGrid {
             next[cell] += 1;
         }
         self.starts = starts;
+        self.places = self.entries.iter().map(|&entry| self.places[entry as usize]).collect();
     }
 
-    fn cell_along(&self, value: f64, axis: usize) -> isize {
-        ((value - self.origin[axis]) / self.radii_mm[axis]).floor() as isize
+    fn cell_along(&self, place: &Vector2<f64>, axis: usize) -> isize {
+        (place[axis] - self.origin[axis]).floor() as isize
     }
 
     fn cell(&self, place: &Vector2<f64>) -> usize {
-        let [column, row] = [0, 1].map(|axis| {
-            (self.cell_along(place[axis], axis).max(0) as usize).min(self.n_cells[axis].saturating_sub(1))
-        });
+        let [column, row] = [0, 1]
+            .map(|axis| (self.cell_along(place, axis).max(0) as usize).min(self.n_cells[axis].saturating_sub(1)));
         row * self.n_cells[0] + column
     }
 
     /// Whether an offset across the view lies within the search ellipse.
     pub fn within(&self, offset_mm: &Vector2<f64>) -> bool {
-        let across = offset_mm.x * self.travel.y - offset_mm.y * self.travel.x;
-        let along = offset_mm.dot(&self.travel);
-        (across / self.radii_mm[0]).powi(2) + (along / self.radii_mm[1]).powi(2) <= 1.0
+        self.in_radii(offset_mm).norm_squared() <= 1.0
     }
 
     /// Calls `visit(entry, squared distance in radii)` for every entry within the search ellipse.
@@ -89,20 +99,21 @@ impl PatchGrid {
         if self.places.is_empty() {
             return;
         }
-        let place = Vector2::new(xy_mm.x * self.travel.y - xy_mm.y * self.travel.x, xy_mm.dot(&self.travel));
+        let place = self.in_radii(xy_mm);
         let [columns, rows] = [0, 1].map(|axis| {
-            let middle = self.cell_along(place[axis], axis);
+            let middle = self.cell_along(&place, axis);
             middle.saturating_sub(1).max(0)..middle.saturating_add(2).min(self.n_cells[axis] as isize)
         });
         for row in rows {
-            for column in columns.clone() {
-                let cell = row as usize * self.n_cells[0] + column as usize;
-                for &entry in &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                    let offset = place - self.places[entry as usize];
-                    let distance = (offset.x / self.radii_mm[0]).powi(2) + (offset.y / self.radii_mm[1]).powi(2);
-                    if distance <= 1.0 {
-                        visit(entry as usize, distance);
-                    }
+            // The cells of a row follow one another.
+            let Some(last) = columns.clone().next_back() else { continue };
+            let first_cell = row as usize * self.n_cells[0];
+            let of_row = self.starts[first_cell + columns.start as usize] as usize
+                ..self.starts[first_cell + last as usize + 1] as usize;
+            for (entry, there) in self.entries[of_row.clone()].iter().zip(&self.places[of_row]) {
+                let distance = (place - there).norm_squared();
+                if distance <= 1.0 {
+                    visit(*entry as usize, distance);
                 }
             }
         }
