@@ -216,3 +216,42 @@ fn is_peak(bends: &[f64], idx: usize, span: usize) -> bool {
     bends[from..idx].iter().all(|other| *other < bends[idx])
         && bends[idx..to].iter().all(|other| *other <= bends[idx])
 }
+
+#[cfg(test)]
+mod tests {
+    use vision::CentrelinePoint;
+
+    use super::*;
+
+    const WIDTH_PX: f64 = 6.0;
+
+    /// A line of `n` points whose height above its first is `height_px`.
+    fn line(n: usize, height_px: impl Fn(usize) -> f64) -> Segment {
+        let point = |at: usize| CentrelinePoint {
+            u_px: at as f64,
+            v_px: 200.0 + height_px(at),
+            normal: [0.0, 1.0],
+            sigma_px: 0.02,
+            width_px: WIDTH_PX as f32,
+            ..CentrelinePoint::UNWRITTEN
+        };
+        Segment { points: (0..n).map(point).collect() }
+    }
+
+    #[test]
+    fn jumps_bends_and_steps_are_cut_whatever_was_read_before() {
+        let level = line(300, |_| 0.0);
+        let jump = line(300, |at| if at < 150 { 0.0 } else { 20.0 });
+        let bend = line(200, |at| (at as f64 - 100.0).abs());
+        let step = line(257, |at| if at < 90 { 0.0 } else { 1.5 });
+        let mut kinks = Kinks::new(LineDirection::Rows, WIDTH_PX, 2.0);
+        let trim = cut_trim(WIDTH_PX);
+        for _ in 0..2 {
+            assert_eq!(kinks.ranges_between(&level), [(0, 300)]);
+            assert_eq!(kinks.ranges_between(&jump), [(0, 150 - trim), (150 + trim, 300)]);
+            assert_eq!(kinks.ranges_between(&bend), [(0, 100 - trim), (100 + trim, 200)]);
+            assert_eq!(kinks.ranges_between(&step), [(0, 90 - trim), (90 + trim, 257)]);
+            assert_eq!(kinks.ranges_between(&line(1, |_| 0.0)), [(0, 1)]);
+        }
+    }
+}

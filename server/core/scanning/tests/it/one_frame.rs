@@ -6,9 +6,9 @@ use std::cell::Cell;
 
 use crate::common::scene::scan;
 use crate::common::{KnownScan, random, rig_a, station};
-use optics::{Calibration, Triangulator};
+use optics::{Calibration, DepthRangeMm, Triangulator};
 use scanning::files::peaks::pack_frame;
-use scanning::{Profile, label_frame};
+use scanning::{DropReason, Profile, ProfilePoint, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, Segment};
 
 /// Points per piece after lines are split.
@@ -126,6 +126,25 @@ fn many_short_pieces_are_labelled() {
     }
     let counts = label_each_frame("fragments", &known, &station);
     assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{counts:?}");
+}
+
+#[test]
+fn points_beyond_the_depth_range_are_dropped_one_by_one_and_counted() {
+    // One line, so that its label is certain, on waves that leave the narrow range on both sides.
+    let station = station(1, false);
+    let waves = |x: f64, _: f64| 400.0 + 2.0 * (x / 4.0).sin();
+    let known = scan(&station, &waves, &[0.0], false);
+    let (lines, triangulator) = (&known.frames[0].centrelines, Triangulator::new(station.clone()));
+    let narrow = DepthRangeMm { near_mm: 399.0, far_mm: 401.2 };
+    let all = label_frame(lines, &triangulator, station.depth_range_mm);
+    let some = label_frame(lines, &triangulator, narrow);
+    let is_inside = |point: &ProfilePoint| narrow.contains(point.hit_in_camera.xyz.z);
+    let inside: Vec<ProfilePoint> = all.points.iter().copied().filter(is_inside).collect();
+    let n_runs = all.points.chunk_by(|a, b| is_inside(a) == is_inside(b)).count();
+    assert!(n_runs > 8 && inside.len() > 100, "{n_runs} runs, {} of {} points", inside.len(), all.points.len());
+    assert_eq!(some.points, inside);
+    let n_outside = |profile: &Profile| profile.dropped.n_points(DropReason::OutsideDepth);
+    assert_eq!(n_outside(&some) - n_outside(&all), all.points.len() - inside.len());
 }
 
 #[test]
