@@ -8,6 +8,7 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Job, Schemas, Station } from "../../src/api/client";
 import { decodeBlocks } from "../../src/stream/protocol";
 import {
+  calibrated,
   closeTab,
   expectAccessible,
   expectAccessibleInBoth,
@@ -17,7 +18,7 @@ import {
   visit,
 } from "../support/harness";
 import { orderPixels } from "../support/pixels";
-import { Server } from "../support/server";
+import type { Server } from "../support/server";
 
 /** A job of the simulated station on a busy machine, ms. */
 const JOB_MS = 240_000;
@@ -29,7 +30,7 @@ let server: Server;
 let browser: Browser;
 
 beforeAll(async () => {
-  [server, browser] = await Promise.all([Server.start(), launch()]);
+  [server, browser] = await Promise.all([calibrated(), launch()]);
 });
 
 afterAll(async () => {
@@ -59,7 +60,6 @@ async function tabTo(page: Page, wanted: string, key: "Tab" | "Shift+Tab" = "Tab
 test(
   "by keys alone a part is scanned and judged, and the next scan is stopped",
   async () => {
-    await server.calibrate();
     const { page, complaints } = await visit(browser, server.url);
     await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
     await page.getByRole("button", { name: "Start scan" }).waitFor();

@@ -8,8 +8,17 @@
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { orderColour } from "../../src/theme";
-import { expectAccessible, launch, NO_GRAPHICS, picture, until, type Visit, visit } from "../support/harness";
-import { Server } from "../support/server";
+import {
+  calibrated,
+  expectAccessible,
+  launch,
+  NO_GRAPHICS,
+  picture,
+  until,
+  type Visit,
+  visit,
+} from "../support/harness";
+import type { Server } from "../support/server";
 
 const ORDERS = [-2, -1, 0, 1, 2];
 
@@ -30,8 +39,7 @@ let browser: Browser;
 let seen: Visit;
 
 beforeAll(async () => {
-  server = await Server.start();
-  await server.calibrate();
+  server = await calibrated();
   browser = await launch(NO_GRAPHICS);
   seen = await visit(browser, server.url, "#/live");
 }, 300_000);

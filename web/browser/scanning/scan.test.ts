@@ -7,7 +7,7 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Job, Schemas } from "../../src/api/client";
 import { decodeBlocks } from "../../src/stream/protocol";
 import { orderColour } from "../../src/theme";
-import { expectAccessible, launch, PICTURES, picture, until, visit } from "../support/harness";
+import { calibrated, expectAccessible, launch, PICTURES, picture, until, visit } from "../support/harness";
 import { blankPage, ORDERS, orderPixels, pixelsOf } from "../support/pixels";
 import { PointsGate } from "../support/points_gate";
 import { Server } from "../support/server";
@@ -71,7 +71,8 @@ test("an uncalibrated station shows why it cannot scan and links to the remedy",
 });
 
 test("the cloud grows while the stage moves, in the colours of its orders", async () => {
-  await server.calibrate();
+  await server.stop();
+  server = await calibrated();
   const { page, complaints } = await open("#/scan");
   const gate = await PointsGate.before(page, 12);
   await page.reload();
