@@ -244,14 +244,16 @@ mod tests {
         let jump = line(300, |at| if at < 150 { 0.0 } else { 20.0 });
         let bend = line(200, |at| (at as f64 - 100.0).abs());
         let step = line(257, |at| if at < 90 { 0.0 } else { 1.5 });
-        let mut kinks = Kinks::new(LineDirection::Rows, WIDTH_PX, 2.0);
-        let trim = cut_trim(WIDTH_PX);
-        for _ in 0..2 {
-            assert_eq!(kinks.ranges_between(&level), [(0, 300)]);
-            assert_eq!(kinks.ranges_between(&jump), [(0, 150 - trim), (150 + trim, 300)]);
-            assert_eq!(kinks.ranges_between(&bend), [(0, 100 - trim), (100 + trim, 200)]);
-            assert_eq!(kinks.ranges_between(&step), [(0, 90 - trim), (90 + trim, 257)]);
-            assert_eq!(kinks.ranges_between(&line(1, |_| 0.0)), [(0, 1)]);
+        let new = || Kinks::new(LineDirection::Rows, WIDTH_PX, 2.0);
+        let mut kinks = new();
+        for (segment, cut) in [(&level, None), (&jump, Some(150)), (&bend, Some(100)), (&step, Some(90))] {
+            let ranges = kinks.ranges_between(segment);
+            assert_eq!(ranges, new().ranges_between(segment), "cut {cut:?}");
+            let is_cut = |cut| ranges.iter().all(|(first, end)| !(*first..*end).contains(&cut));
+            assert!(cut.map_or(ranges == [(0, 300)], is_cut), "cut {cut:?}: {ranges:?}");
+            let n_kept: usize = ranges.iter().map(|(first, end)| end - first).sum();
+            assert!(n_kept + 20 > segment.points.len(), "cut {cut:?}: {ranges:?}");
         }
+        assert_eq!(kinks.ranges_between(&line(1, |_| 0.0)), [(0, 1)]);
     }
 }
