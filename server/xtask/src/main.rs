@@ -22,7 +22,8 @@ Developer commands:
   cargo xtask page           build the page into web/dist, from which it is embedded in the program
   cargo xtask browser        test the page in Chromium with the debug program
   cargo xtask test           all checks: format, lints, tests, documentation, the page in a browser, the container image;
-                             test executables that passed are skipped until something they read changes
+                             test executables and checks of the page that passed are skipped until something they read
+                             changes
   cargo xtask ci             the same as test
   cargo xtask campaign       long tests: labelling on random scenes against stated error rates, a thousand serial faults per
                              controller, 500 camera faults, stations of all sizes, all tools on rendered parts, flipped bits,

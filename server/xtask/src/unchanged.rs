@@ -1,4 +1,5 @@
-//! Skips test executables that passed and whose inputs have not changed, which are most of them after a small change.
+//! Skips test executables, and checks of the page, that passed and whose inputs have not changed: most of them after a small
+//! change.
 //!
 //! A fresh machine has no record, so continuous integration runs all of them.
 
@@ -38,18 +39,52 @@ impl Executables {
 
     /// The names of those that passed in their current state.
     pub fn passed(&self) -> Vec<&str> {
-        let record = std::fs::read_to_string(record()).unwrap_or_default();
-        let passed: BTreeMap<&str, &str> = record.lines().filter_map(|line| line.split_once('\t')).collect();
-        let is_unchanged = |(name, state): &(&String, &String)| passed.get(name.as_str()) == Some(&state.as_str());
+        let passed = recorded();
+        let is_unchanged = |(name, state): &(&String, &String)| passed.get(*name) == Some(*state);
         self.0.iter().filter(is_unchanged).map(|(name, _)| name.as_str()).collect()
     }
 
     /// Records that all of them passed, except those of packages with tests that were not run: these have not passed.
     pub fn record_passed(&self, not_run: &BTreeSet<&str>) -> Outcome {
-        let passed = self.0.iter().filter(|(name, _)| !not_run.contains(package_of(name)));
-        let lines: String = passed.map(|(name, state)| format!("{name}\t{state}\n")).collect();
-        Ok(std::fs::write(record(), lines)?)
+        let mut passed: BTreeMap<String, String> =
+            recorded().into_iter().filter(|(name, _)| name == PAGE).collect();
+        let of_tests = self.0.iter().filter(|(name, _)| !not_run.contains(package_of(name)));
+        passed.extend(of_tests.map(|(name, state)| (name.clone(), state.clone())));
+        write_record(&passed)
     }
+}
+
+/// Name of the page's checks in the record.
+const PAGE: &str = "page";
+
+/// Whether the page's checks passed with its files as they are; not known outside of a repository.
+pub fn page_passed() -> bool {
+    page().is_ok_and(|state| recorded().get(PAGE) == Some(&state))
+}
+
+/// Records that the page's checks passed.
+pub fn record_page_passed() -> Outcome {
+    let Ok(state) = page() else { return Ok(()) };
+    let mut passed = recorded();
+    passed.insert(PAGE.to_owned(), state);
+    write_record(&passed)
+}
+
+/// State of the page's files, the API document and the reference messages.
+fn page() -> Outcome<String> {
+    states(&["web", "openapi", "tests"], |_| true)
+}
+
+/// What passed before, and in which state.
+fn recorded() -> BTreeMap<String, String> {
+    let record = std::fs::read_to_string(record()).unwrap_or_default();
+    let of_line = |line: &str| line.split_once('\t').map(|(name, state)| (name.to_owned(), state.to_owned()));
+    record.lines().filter_map(of_line).collect()
+}
+
+fn write_record(passed: &BTreeMap<String, String>) -> Outcome {
+    let lines: String = passed.iter().map(|(name, state)| format!("{name}\t{state}\n")).collect();
+    Ok(std::fs::write(record(), lines)?)
 }
 
 /// The package of an executable: `sheaf-vision` of `sheaf-vision::it`.
@@ -74,14 +109,21 @@ fn state(file: &Path) -> String {
 
 /// The state of all files that tests may read while they run.
 fn environment() -> Outcome<String> {
-    let output = Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()).output()?;
+    let states = states(&[], |file| !file.ends_with(".rs"))?;
+    Ok(format!("{states} {}", data_folder().display()))
+}
+
+/// State of the repository's files in these folders, or in all; new files that git does not ignore are included.
+fn states(folders: &[&str], is_read: impl Fn(&str) -> bool) -> Outcome<String> {
+    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "--"];
+    let output = Command::new("git").args(list).args(folders).current_dir(workspace()).output()?;
     if !output.status.success() {
         return Err("git cannot list the repository's files".into());
     }
     let files = String::from_utf8(output.stdout)?;
-    let read = files.split('\0').filter(|file| !file.is_empty() && !file.ends_with(".rs"));
+    let read = files.split('\0').filter(|file| !file.is_empty() && is_read(file));
     let states: String = read.map(|file| format!("{file} {}\n", state(&workspace().join(file)))).collect();
-    Ok(format!("{:016x} {}", fnv(states.as_bytes()), data_folder().display()))
+    Ok(format!("{:016x}", fnv(states.as_bytes())))
 }
 
 /// FNV-1a, sufficient to detect changes.
