@@ -4100,19 +4100,10 @@ export interface components {
             next: string;
         };
         /** @description Write a scan in another format. */
-        ExportJobDto: {
-            /** @description `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh. */
-            format: string;
+        ExportJobDto: components["schemas"]["StartExportDto"] & {
             /** @description The scan. */
             scan_id: string;
-            /** @description Point cloud or mesh. */
-            what: components["schemas"]["ExportWhatDto"];
         };
-        /**
-         * @description What an export contains.
-         * @enum {string}
-         */
-        ExportWhatDto: "cloud" | "mesh";
         /** @description Exposure times and laser power. */
         ExposuresDto: {
             /**
@@ -8366,10 +8357,15 @@ export interface components {
          *     }
          */
         StartExportDto: {
-            /** @description `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh. */
-            format: string;
-            /** @description What an export contains. */
-            what: components["schemas"]["ExportWhatDto"];
+            /** @description Format of the file. */
+            format: components["schemas"]["CloudFormatDto"];
+            /** @enum {string} */
+            what: "cloud";
+        } | {
+            /** @description Format of the file. */
+            format: components["schemas"]["MeshFormatDto"];
+            /** @enum {string} */
+            what: "mesh";
         };
         /** @description Request to record the live view. */
         StartRecordingDto: {

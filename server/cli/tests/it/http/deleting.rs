@@ -73,6 +73,10 @@ fn deleting_frees_disk_space_and_keeps_shared_artifacts_across_a_restart() {
         assert_eq!(job["state"], "succeeded", "{job}");
     }
     let exported = server.get(&format!("/api/v1/scans/{kept}/exports/cloud.csv")).body;
+    // A format of meshes; the answer lists those of clouds.
+    let refused =
+        server.post(&format!("/api/v1/scans/{kept}/exports"), &json!({ "what": "cloud", "format": "stl" }));
+    assert!(refused.expect(422).to_string().contains("e57"), "{refused:?}");
     let both = artifacts(&data);
     assert_eq!(both.len(), before.len() + 2, "two exports");
 

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use metrology::Tool;
 use optics::LightModelKind;
 use serde::Serialize;
+use serde_json::json;
 use utoipa::ToSchema;
 
 use crate::wire::calibration::calibrations::{CalibrationSourceDto, K3Dto, LightModelDto};
 use crate::wire::measurement::measurements::MeasureDto;
-use crate::wire::scan::scans::{ExportWhatDto, ReferencePartDto, ScanSourceDto};
+use crate::wire::scan::scans::{ReferencePartDto, ScanSourceDto, StartExportDto};
 use crate::wire::scan::settings::ScanJobDto;
 use app::inspections::InspectedPart;
 use app::jobs::{
@@ -108,14 +109,13 @@ pub struct VerificationJobDto {
 }
 
 /// Write a scan in another format.
-#[derive(Debug, Serialize, ToSchema)]
+#[derive(Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ExportJobDto {
     /// The scan.
     pub scan_id: String,
-    /// Point cloud or mesh.
-    pub what: ExportWhatDto,
-    /// `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh.
-    pub format: String,
+    /// What is written, and its format.
+    #[serde(flatten)]
+    pub export: StartExportDto,
 }
 
 /// A code in a stored input that this version does not know.
@@ -231,19 +231,15 @@ impl TryFrom<ExportInput> for ExportJobDto {
 
     fn try_from(input: ExportInput) -> Result<Self, UnknownCode> {
         let ExportInput { scan_id, what, format } = input;
-        let found = match what.as_str() {
-            "cloud" => Some(ExportWhatDto::Cloud),
-            "mesh" => Some(ExportWhatDto::Mesh),
-            _ => None,
-        };
-        Ok(Self { scan_id, what: known(found, &what)?, format })
+        let export = serde_json::from_value(json!({ "what": what, "format": format }));
+        Ok(Self { scan_id, export: export.map_err(|_| UnknownCode(format!("{what} as {format}")))? })
     }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use serde_json::{Value, json};
+    use serde_json::Value;
 
     use super::*;
 
@@ -285,6 +281,6 @@ mod tests {
     #[test]
     fn an_unknown_code_of_another_version_is_not_guessed() {
         let input = ExportInput { scan_id: "s".into(), what: "voxels".into(), format: "x".into() };
-        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownCode("voxels".to_owned()));
+        assert_eq!(ExportJobDto::try_from(input), Err(UnknownCode("voxels as x".to_owned())));
     }
 }

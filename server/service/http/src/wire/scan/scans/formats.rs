@@ -1,10 +1,10 @@
 //! Formats of clouds and meshes on the wire.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 /// Format of a cloud.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CloudFormatDto {
     /// Binary PLY with σ, order and calibration, as written by `sheaf scan`.
@@ -31,7 +31,7 @@ impl CloudFormatDto {
 }
 
 /// Format of a mesh.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshFormatDto {
     /// Binary STL.

@@ -4,6 +4,7 @@ use app::jobs::{ExportInput, ScanSource, VerifyInput};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::formats::{CloudFormatDto, MeshFormatDto};
 use crate::wire::scan::settings::StartScanDto;
 
 /// Source of the frames of a scan.
@@ -56,25 +57,21 @@ pub struct StartVerificationDto {
     pub scan: StartScanDto,
 }
 
-/// What an export contains.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ExportWhatDto {
-    /// The points.
-    Cloud,
-    /// The surface.
-    Mesh,
-}
-
 /// Request to write a scan in another format.
-#[derive(Debug, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 #[schema(example = json!({ "what": "mesh", "format": "stl" }))]
-pub struct StartExportDto {
-    /// What an export contains.
-    pub what: ExportWhatDto,
-    /// `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh.
-    pub format: String,
+pub enum StartExportDto {
+    /// The points.
+    Cloud {
+        /// Format of the file.
+        format: CloudFormatDto,
+    },
+    /// The surface.
+    Mesh {
+        /// Format of the file.
+        format: MeshFormatDto,
+    },
 }
 
 impl From<ScanSourceDto> for ScanSource {
@@ -104,10 +101,10 @@ impl From<StartVerificationDto> for VerifyInput {
 impl StartExportDto {
     /// The job's input.
     pub fn input(self, scan_id: String) -> ExportInput {
-        let what = match self.what {
-            ExportWhatDto::Cloud => "cloud",
-            ExportWhatDto::Mesh => "mesh",
+        let (what, format) = match self {
+            Self::Cloud { format } => ("cloud", format.code()),
+            Self::Mesh { format } => ("mesh", format.code()),
         };
-        ExportInput { scan_id, what: what.to_owned(), format: self.format }
+        ExportInput { scan_id, what: what.to_owned(), format: format.to_owned() }
     }
 }

@@ -15,9 +15,7 @@ use crate::wire::scan::scan_reports::ScanReportDto;
 use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
 pub use formats::{CloudFormatDto, CloudQuery, MeshFormatDto, MeshQuery};
-pub use inputs::{
-    ExportWhatDto, RecomputeDto, ReferencePartDto, ScanSourceDto, StartExportDto, StartVerificationDto,
-};
+pub use inputs::{RecomputeDto, ReferencePartDto, ScanSourceDto, StartExportDto, StartVerificationDto};
 
 /// State of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
