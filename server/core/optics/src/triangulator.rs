@@ -64,7 +64,7 @@ impl Hits {
 
     /// The hits of a range, in order.
     #[inline]
-    pub fn all(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = RayHit> {
+    pub fn in_range(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = RayHit> {
         let [x_mm, y_mm, z_mm, by_u, by_v] =
             [&self.x_mm, &self.y_mm, &self.z_mm, &self.range_by_u, &self.range_by_v]
                 .map(|list| &list[range.clone()]);

@@ -151,7 +151,7 @@ impl Profile {
                     centreline: *centreline,
                     noise_sigma_mm: hit.noise_sigma_mm(&centreline.normal, centreline.sigma_px),
                 };
-                self.points.extend(points[range.clone()].iter().zip(hits.all(range)).map(point));
+                self.points.extend(points[range.clone()].iter().zip(hits.in_range(range)).map(point));
             } else {
                 let n_missed = run.iter().filter(|depth_mm| depth_mm.is_nan()).count();
                 self.dropped.add_points(DropReason::NoHit, n_missed);
