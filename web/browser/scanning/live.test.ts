@@ -8,17 +8,8 @@
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { orderColour } from "../../src/theme";
-import {
-  calibrated,
-  expectAccessible,
-  launch,
-  NO_GRAPHICS,
-  picture,
-  until,
-  type Visit,
-  visit,
-} from "../support/harness";
-import type { Server } from "../support/server";
+import { expectAccessible, launch, NO_GRAPHICS, picture, until, type Visit, visit } from "../support/harness";
+import { Server } from "../support/server";
 
 const ORDERS = [-2, -1, 0, 1, 2];
 
@@ -39,7 +30,8 @@ let browser: Browser;
 let seen: Visit;
 
 beforeAll(async () => {
-  server = await calibrated();
+  server = await Server.start();
+  await server.calibrate();
   browser = await launch(NO_GRAPHICS);
   seen = await visit(browser, server.url, "#/live");
 }, 300_000);
