@@ -104,12 +104,14 @@ impl PatchGrid {
             let middle = self.cell_along(&place, axis);
             middle.saturating_sub(1).max(0)..middle.saturating_add(2).min(self.n_cells[axis] as isize)
         });
+        if columns.is_empty() {
+            return;
+        }
         for row in rows {
             // The cells of a row follow one another.
-            let Some(last) = columns.clone().next_back() else { continue };
-            let first_cell = row as usize * self.n_cells[0];
-            let of_row = self.starts[first_cell + columns.start as usize] as usize
-                ..self.starts[first_cell + last as usize + 1] as usize;
+            let [from, to] = [columns.start, columns.end]
+                .map(|column| self.starts[row as usize * self.n_cells[0] + column as usize] as usize);
+            let of_row = from..to;
             for (entry, there) in self.entries[of_row.clone()].iter().zip(&self.places[of_row]) {
                 let distance = (place - there).norm_squared();
                 if distance <= 1.0 {

@@ -163,9 +163,8 @@ fn shift_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
         let mut best = (group_score(evidence, labels, &group), kept.clone());
         let mut runner_up = f64::NEG_INFINITY;
         // A piece alone takes the best label given the others, however it was shifted.
-        let least = if group.len() == 1 { 1 } else { 1 - n_orders };
-        let most = if group.len() == 1 { 1 } else { n_orders - 1 };
-        for shift in (least..=most).filter(|shift| *shift != 0) {
+        let shifts = if group.len() == 1 { 1..2 } else { 1 - n_orders..n_orders };
+        for shift in shifts.filter(|shift| *shift != 0) {
             for (&piece, &label) in group.iter().zip(&kept) {
                 let label = label as isize + shift;
                 labels[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
