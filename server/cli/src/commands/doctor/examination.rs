@@ -13,7 +13,7 @@ use super::check::{Check, Outcome};
 use super::limits::OPENING_WAIT;
 
 /// Period of polling the station's status.
-const POLL_PERIOD: Duration = Duration::from_millis(10);
+pub const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Longest wait for the laser state after opening; it is read ten times per second.
 const READING_WAIT: Duration = Duration::from_secs(1);

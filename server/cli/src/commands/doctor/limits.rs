@@ -5,6 +5,10 @@ use std::time::Duration;
 /// Longest wait for the devices to open; a driver that takes longer has hung.
 pub const OPENING_WAIT: Duration = Duration::from_secs(8);
 
+/// Longest wait for laser and stage to confirm a Stop; after this time the station reports a fault of a stage that does not
+/// brake.
+pub const REST_WAIT: Duration = Duration::from_secs(2);
+
 /// Frames of the free run: four seconds at 30 Hz.
 pub const FREE_RUN_FRAMES: usize = 120;
 /// Maximum duration of the free run: fifty frames at 5 Hz.

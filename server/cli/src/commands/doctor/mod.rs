@@ -12,10 +12,11 @@ mod stage_checks;
 mod tests;
 
 use std::io::{BufRead as _, Write as _};
+use std::time::{Duration, Instant};
 
 use pipeline::{Failure, FailureKind, Reporter};
-use station::StationHandle;
 use station::cancel::CancelFlag;
+use station::{LaserLight, StationHandle};
 use tokio::runtime::Handle;
 use tokio::signal::unix::{SignalKind, signal};
 use vision::LineDirection;
@@ -25,11 +26,11 @@ use crate::arguments::DoctorArgs;
 use crate::commands::Answer;
 use crate::commands::service::config::effective_of;
 use check::{Check, Outcome};
-use examination::{Cancelled, Examination, ExaminationSettings};
-use limits::MOVE_MM;
+use examination::{Cancelled, Examination, ExaminationSettings, POLL_PERIOD};
+use limits::{MOVE_MM, REST_WAIT};
 
 /// Longest time for threads to end once laser and motion are off; one may be waiting at the prompt.
-const END_LIMIT: std::time::Duration = std::time::Duration::from_millis(200);
+const END_LIMIT: Duration = Duration::from_millis(200);
 
 /// Examines the configured station; the output is the table.
 pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -56,14 +57,12 @@ pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure
     };
     let yes = args.yes;
     let checks = examine(&examination, || yes || has_consent(&settings));
+    let ended = checks.map(|checks| answer(&checks)).map_err(|Cancelled| {
+        Failure::cancelled().remedy(format!("{}; run the command again", safe_state(&station)))
+    });
     station.shut_down();
     runtime.shutdown_timeout(END_LIMIT);
-    match checks {
-        Ok(checks) => Ok(answer(&checks)),
-        Err(Cancelled) => {
-            Err(Failure::cancelled().remedy("the laser is off and the stage is at rest; run the command again"))
-        }
-    }
+    ended
 }
 
 /// The whole examination; `may_use_laser_and_motion` is called between its two parts.
@@ -127,12 +126,34 @@ fn watch_signals(
         }
         stop(&station, &cancel).await;
         // The examination ends within this time unless it waits at the prompt.
-        tokio::time::sleep(END_LIMIT * 10).await;
+        tokio::time::sleep(REST_WAIT).await;
+        let state = safe_state(&station);
         station.shut_down();
-        eprintln!("\ncancelled: the laser is off and the stage is at rest");
+        eprintln!("\ncancelled: {state}");
         std::process::exit(Exit::Internal as i32);
     });
     Ok(())
+}
+
+/// What a stopped station reports of laser and stage; waits until both have confirmed the Stop.
+fn safe_state(station: &StationHandle) -> String {
+    let began = Instant::now();
+    let (laser, stage) = loop {
+        let status = station.status();
+        let laser = match status.laser_light {
+            LaserLight::Off | LaserLight::Armed => Some("the laser is off"),
+            LaserLight::NotControlled => Some("the laser is not controlled by the station"),
+            LaserLight::On | LaserLight::Unknown => None,
+        };
+        let is_known = !status.faults.iter().any(|fault| fault.device == "stage");
+        let stage = (is_known && !status.moving).then_some("the stage is at rest");
+        if (laser.is_some() && stage.is_some()) || began.elapsed() > REST_WAIT {
+            break (laser, stage);
+        }
+        std::thread::sleep(POLL_PERIOD);
+    };
+    let laser = laser.unwrap_or("the laser is not reported off: treat it as on");
+    format!("{laser}, {}", stage.unwrap_or("the stage is not reported at rest: check it"))
 }
 
 /// Turns the laser off, stops the stage and lets the examination end.
