@@ -182,9 +182,11 @@ impl<T: Level> Memory<T> {
     /// Estimates the width of the lines.
     #[inline(always)]
     fn estimate_width(&mut self, view: &View<T>) {
-        self.width_px = self.given_width_px.unwrap_or_else(|| {
-            search::width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks)
-        });
+        // Not in a closure, which would be compiled for the baseline.
+        self.width_px = match self.given_width_px {
+            Some(width_px) => width_px,
+            None => search::width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks),
+        };
     }
 
     /// Measures the noise that candidates are compared with.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::super::Centrelines;
 use super::super::fast::Strip;
+use super::super::{CentrelinePoint, Centrelines};
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
     LEVEL_BAND, LEVEL_CLAIMED_FRACTION, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT,
@@ -14,7 +14,10 @@ use crate::params::{
 /// All marks by column; its memory is reused.
 #[derive(Default)]
 pub struct Columns {
-    spots: Vec<Vec<Spot>>,
+    /// One column after the other.
+    spots: Vec<Spot>,
+    /// Index of the first spot of each column, and the number of all.
+    starts: Vec<usize>,
     /// Row ranges of a strip with unexplained light, each with its rows summed over this and the preceding strips; then
     /// those of the strip before.
     left: Vec<(Range<usize>, f32)>,
@@ -22,29 +25,50 @@ pub struct Columns {
 }
 
 impl Columns {
-    fn clear(&mut self, width: usize) {
-        self.spots.iter_mut().for_each(Vec::clear);
-        self.spots.resize_with(width, Vec::new);
-    }
-
     /// Lists the lines found in an image by column.
     pub fn index_found(&mut self, found: &Centrelines, width: usize) {
-        self.clear(width);
-        for (line, segment) in found.segments.iter().enumerate() {
-            for (at, point) in segment.points.iter().enumerate() {
-                self.spots[point.u_px as usize].push(Spot::of((line, at), point, 1.0));
-            }
-        }
+        self.index(found.segments.iter().map(|segment| segment.points.as_slice()), width, |point| (point, 1.0));
     }
 
     /// Lists the lines of several levels by column.
     pub fn index_lines(&mut self, lines: &[Line], width: usize) {
-        self.clear(width);
-        for (line, marks) in lines.iter().enumerate() {
-            for (at, mark) in marks.iter().enumerate() {
-                self.spots[mark.point.u_px as usize].push(Spot::of((line, at), &mark.point, mark.rows));
+        self.index(lines.iter().map(Vec::as_slice), width, |mark| (&mark.point, mark.rows));
+    }
+
+    /// Lists lines, each a point per column, by column; `point` gives a point and the rows binned where it was found.
+    fn index<'l, P: 'l>(
+        &mut self,
+        lines: impl Iterator<Item = &'l [P]> + Clone,
+        width: usize,
+        point: impl Fn(&P) -> (&CentrelinePoint, f32),
+    ) {
+        let starts = &mut self.starts;
+        starts.clear();
+        starts.resize(width + 2, 0);
+        let column_of = |first: &P| point(first).0.u_px as usize;
+        for line in lines.clone() {
+            let Some(column) = line.first().map(column_of) else { continue };
+            starts[column + 2..][..line.len()].iter_mut().for_each(|n_spots| *n_spots += 1);
+        }
+        let mut n_spots = 0;
+        for start in &mut *starts {
+            n_spots += *start;
+            *start = n_spots;
+        }
+        self.spots.resize(n_spots, Spot::default());
+        for (idx, line) in lines.enumerate() {
+            let Some(column) = line.first().map(column_of) else { continue };
+            // The next free place of each column, one further after its last spot: where the following column begins.
+            for ((at, mark), next) in line.iter().enumerate().zip(&mut starts[column + 1..]) {
+                let (point, rows) = point(mark);
+                self.spots[*next] = Spot::of((idx, at), point, rows);
+                *next += 1;
             }
         }
+    }
+
+    fn column(&self, column: usize) -> &[Spot] {
+        &self.spots[self.starts[column]..self.starts[column + 1]]
     }
 
     /// Whether neighbouring strips hold enough unexplained light in the same rows: lit ranges higher than the lines in
@@ -80,18 +104,20 @@ impl Columns {
         };
         // The image itself measures slightly wider lines as well as a level would, and every level costs time.
         let widest = if rows > 1.0 { LEVEL_BAND } else { LEVEL_FIRST_BAND };
-        let is_explained = |column: &&Vec<Spot>| {
-            let own = column.iter().filter(|spot| lit_px.contains(&spot.v_px) && spot.fit(base_px) <= widest);
+        let is_explained = |column: &usize| {
+            let spots = self.column(*column).iter();
+            let own = spots.filter(|spot| lit_px.contains(&spot.v_px) && spot.fit(base_px) <= widest);
             own.map(explained_px).sum::<f32>() >= lit.len() as f32
         };
-        2 * self.spots[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
+        let half = (strip.u1 - strip.u0).div_ceil(2);
+        (strip.u0..strip.u1).filter(is_explained).take(half).count() == half
     }
 
     /// Marks of `found` that duplicate a mark of a longer line in their column.
     pub fn duplicates(&self, found: &Centrelines) -> Vec<Place> {
         let mut seconds = Vec::new();
         let n_points = |place: &Place| found.segments[place.0].points.len();
-        for column in &self.spots {
+        for column in self.starts.windows(2).map(|ends| &self.spots[ends[0]..ends[1]]) {
             for (idx, spot) in column.iter().enumerate() {
                 for other in column[..idx].iter().filter(|other| other.is_near(spot)) {
                     let (place, other) = (spot.place, other.place);
@@ -118,7 +144,7 @@ impl Columns {
         for line in coarse.into_iter().flat_map(|line| kept(line, is_own)).flat_map(single) {
             let near = |mark: &Mark| -> Vec<&Spot> {
                 let spot = mark.spot();
-                self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
+                self.column(mark.point.u_px as usize).iter().filter(|other| other.is_near(&spot)).collect()
             };
             let others: Vec<Vec<&Spot>> = line.iter().map(near).collect();
             let is_claimed = |others: &Vec<&Spot>| others.iter().any(|other| other.fit(base_px) <= LEVEL_SURE);

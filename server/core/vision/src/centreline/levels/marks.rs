@@ -19,7 +19,7 @@ pub type Line = Vec<Mark>;
 pub type Place = (usize, usize);
 
 /// A mark in the list of its column: its position and the light that it explains.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spot {
     /// Line and position in it.
     pub place: Place,
