@@ -6,7 +6,7 @@
 //! zero are left out, which is printed.
 //!
 //! ```sh
-//! SHEAF_TEST_GRBLHAL=… cargo test -p sheaf-devices real_grbl_hal -- --nocapture
+//! SHEAF_TEST_GRBLHAL=… cargo test -p sheaf-devices firmware::real_grbl_hal -- --nocapture
 //! ```
 //! Not covered: times of a real board. The simulated processors share the machine with the tests.
 
