@@ -102,7 +102,8 @@ pub fn rejected_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
 
 /// Steps of the run: the points over which the extraction smooths a step, in ascending order and disjoint.
 fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
-    let mut heights: Vec<f64> = (0..run.len()).map(|at| step_in_limits(run, at)).collect();
+    let sums = RunningSums::new(run);
+    let mut heights: Vec<f64> = (0..run.len()).map(|at| step_in_limits(run, &sums, at)).collect();
     let mut middles = Vec::new();
     while let Some(middle) = (0..run.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b])) {
         if heights[middle] <= 1.0 {
@@ -126,7 +127,7 @@ fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
 
 /// Distance at a point between the lines fitted before and after it, relative to the smallest step detected; 0
 /// where one of them has too few points.
-fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
+fn step_in_limits(run: &[RunPoint], sums: &RunningSums, at: usize) -> f64 {
     let (window, blur) = (run[at].columns(STEP_WINDOW_WIDTHS), run[at].columns(STEP_BLUR_WIDTHS));
     let (Some(end), start) = (at.checked_sub(blur / 2), (at + blur.div_ceil(2)).min(run.len())) else {
         return 0.0;
@@ -136,34 +137,58 @@ fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
     if n_points < STEP_MIN_POINTS {
         return 0.0;
     }
-    let value = |line: &Line| line.across_px + line.slope * (run[at].along_px - line.along_px);
-    let variance = |line: &Line| 1.0 / n_points as f64 + (run[at].along_px - line.along_px).powi(2) / line.spread;
-    let (before, after) = (Line::through(&run[end - n_points..end]), Line::through(&run[start..start + n_points]));
+    let (before, after) = (sums.line(end - n_points..end), sums.line(start..start + n_points));
+    let [along_px, _] = from_first(run, at);
+    let value = |line: &Line| line.across_px + line.slope * (along_px - line.along_px);
+    let variance = |line: &Line| 1.0 / n_points as f64 + (along_px - line.along_px).powi(2) / line.spread;
     let noise_px = run[at].noise_px * (variance(&before) + variance(&after)).sqrt();
     (value(&before) - value(&after)).abs() / (STEP_MIN_WIDTHS * run[at].width_px).max(STEP_SIGMAS * noise_px)
 }
 
-/// The least-squares line through some points.
+/// Position of a point along and across the lines relative to the first of its run, px.
+fn from_first(run: &[RunPoint], at: usize) -> [f64; 2] {
+    [run[at].along_px - run[0].along_px, run[at].across_px - run[0].across_px]
+}
+
+/// Sums over the points before each point of a run: along, across, along², along · across, relative to its first point.
+struct RunningSums(Vec<[f64; 4]>);
+
+impl RunningSums {
+    fn new(run: &[RunPoint]) -> Self {
+        let mut sums = [0.0; 4];
+        let mut before = Vec::with_capacity(run.len() + 1);
+        before.push(sums);
+        for at in 0..run.len() {
+            let [along, across] = from_first(run, at);
+            let added = [along, across, along * along, along * across];
+            sums.iter_mut().zip(added).for_each(|(sum, value)| *sum += value);
+            before.push(sums);
+        }
+        Self(before)
+    }
+
+    /// The least-squares line through some points.
+    fn line(&self, points: Range<usize>) -> Line {
+        let n = points.len() as f64;
+        let (first, last) = (self.0[points.start], self.0[points.end]);
+        let [along, across, squares, products] = std::array::from_fn(|idx| last[idx] - first[idx]);
+        // A single point gives slope zero.
+        let spread = f64::max(squares - along * along / n, 1.0);
+        Line {
+            along_px: along / n,
+            across_px: across / n,
+            slope: (products - along * across / n) / spread,
+            spread,
+        }
+    }
+}
+
+/// A line, by its centre relative to the first point of the run.
 struct Line {
     along_px: f64,
     across_px: f64,
     slope: f64,
     spread: f64,
-}
-
-impl Line {
-    fn through(points: &[RunPoint]) -> Self {
-        let n = points.len() as f64;
-        let along_px = points.iter().map(|point| point.along_px).sum::<f64>() / n;
-        let across_px = points.iter().map(|point| point.across_px).sum::<f64>() / n;
-        let (spread, covariance) = points.iter().fold((0.0, 0.0), |(spread, covariance), point| {
-            let along = point.along_px - along_px;
-            (spread + along * along, covariance + along * (point.across_px - across_px))
-        });
-        // A single point gives slope zero.
-        let spread = f64::max(spread, 1.0);
-        Self { along_px, across_px, slope: covariance / spread, spread }
-    }
 }
 
 #[cfg(test)]
