@@ -255,6 +255,10 @@ impl Camera for GenicamCamera {
         Some(Arc::new(Details(self.shared.clone())))
     }
 
+    fn n_incomplete(&self) -> u64 {
+        self.running.as_ref().map_or(0, Running::n_incomplete)
+    }
+
     fn configure(&mut self, request: &CameraRequest) -> Result<CameraSettings, CameraError> {
         self.capabilities.expected(&self.settings, request)?;
         let now = self.settings;

@@ -95,6 +95,11 @@ impl Running {
         })
     }
 
+    /// Incomplete frames since the last complete one.
+    pub fn n_incomplete(&self) -> u64 {
+        self.incomplete
+    }
+
     /// The last id received.
     pub fn last_id(&self) -> Option<u64> {
         self.last_id.or(self.last_id_before)

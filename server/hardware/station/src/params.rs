@@ -61,6 +61,10 @@ pub const RENDERING_LIMIT: Duration = Duration::from_secs(15);
 /// Frame periods of silence that count as a fault for slow cameras.
 pub const SILENT_PERIODS: f64 = 3.0;
 
+/// Frame periods without a complete frame that count as a fault of a slow camera while incomplete ones arrive: where every
+/// second frame is lost, so many in a row are by chance once in a thousand.
+pub const INCOMPLETE_PERIODS: f64 = 10.0;
+
 /// Wait for a triggered frame beyond its exposure; twice this and two exposures stay below two seconds.
 pub const GRAB_WAIT: Duration = Duration::from_millis(800);
 

@@ -30,6 +30,11 @@ impl Acquisition {
         Self { format, source, channel, settings, last: None, next: 0, damaged: 0, last_exposed_at: None }
     }
 
+    /// Damaged frames since the last delivered one.
+    pub fn n_damaged(&self) -> u64 {
+        self.damaged
+    }
+
     /// Updates the settings that may change while it runs: the exposure.
     pub fn set(&mut self, settings: CameraSettings) {
         self.settings = settings;

@@ -164,6 +164,10 @@ impl Camera for V4l2Camera {
         self.settings
     }
 
+    fn n_incomplete(&self) -> u64 {
+        self.acquisition.as_ref().map_or(0, Acquisition::n_damaged)
+    }
+
     fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         self.capabilities.expected(&self.settings, wanted)?;
         self.opened()?;

@@ -269,6 +269,11 @@ pub trait Camera: Send {
         None
     }
 
+    /// Number of frames that arrived incomplete since the last one delivered: a camera that sends them is not silent.
+    fn n_incomplete(&self) -> u64 {
+        0
+    }
+
     /// Whether a frame that was exposed is still being computed, so that it is late without being lost. Only a
     /// simulated camera computes its frames; a hung one does not.
     fn is_computing(&self) -> bool {

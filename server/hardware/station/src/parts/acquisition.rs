@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Trigger};
 use vision::GreyImage;
 
-use crate::params::{CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, RENDERING_LIMIT, SILENT_PERIODS};
+use crate::params::{
+    CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, INCOMPLETE_PERIODS, PROBE_CAMERA, RENDERING_LIMIT, SILENT_PERIODS,
+};
 use crate::parts::exposures::{Delivered, Exposures};
 use crate::shared::frame::SharedFrame;
 use crate::shared::pool::{Pool, empty_image, pool};
@@ -197,13 +199,20 @@ impl Acquisition {
         self.received_at.elapsed()
     }
 
-    /// Time for which a free-running camera has been silent, if that exceeds the limit.
+    /// Number of incomplete frames since the last complete one.
+    pub fn n_incomplete(&self) -> u64 {
+        self.device.n_incomplete()
+    }
+
+    /// Time since a free-running camera last delivered a frame, if that exceeds the limit: a longer one while frames
+    /// arrive incomplete.
     pub fn silence(&self, now: Instant) -> Option<Duration> {
         let settings = self.settings();
         if !self.running || settings.trigger != Trigger::Free {
             return None;
         }
-        let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
+        let periods = if self.n_incomplete() == 0 { SILENT_PERIODS } else { INCOMPLETE_PERIODS };
+        let period_s = periods / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
         let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
         let silent = now.saturating_duration_since(self.received_at);
         (silent > limit && !self.is_computing(self.received_at, now)).then_some(silent)

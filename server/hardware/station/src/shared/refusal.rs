@@ -65,11 +65,13 @@ pub enum StationRefusal {
     /// The laser refused or failed.
     #[error(transparent)]
     Laser(#[from] LaserError),
-    /// A requested frame did not arrive.
-    #[error("no frame arrived within {waited_ms} ms")]
+    /// A frame did not arrive, or only incomplete.
+    #[error("{}", no_frame(*waited_ms, *n_incomplete))]
     NoFrame {
         /// Time waited.
         waited_ms: u64,
+        /// Incomplete frames since the last complete one.
+        n_incomplete: u64,
     },
     /// The encoder of a belt sent no trigger during a scan.
     #[error("the belt has stopped: no trigger within {waited_ms} ms")]
@@ -80,6 +82,14 @@ pub enum StationRefusal {
     /// The station thread has ended.
     #[error("the station is shutting down")]
     ShuttingDown,
+}
+
+fn no_frame(waited_ms: u64, n_incomplete: u64) -> String {
+    match n_incomplete {
+        0 => format!("no frame arrived within {waited_ms} ms"),
+        1 => format!("no complete frame arrived within {waited_ms} ms: one was incomplete"),
+        _ => format!("no complete frame arrived within {waited_ms} ms: {n_incomplete} were incomplete"),
+    }
 }
 
 impl Remedy for StationRefusal {
@@ -99,7 +109,11 @@ impl Remedy for StationRefusal {
             Self::BeltStopped { .. } => {
                 "start the belt, check the encoder's trigger input on the camera, then scan again"
             }
-            Self::NoFrame { .. } => "check the camera and its trigger",
+            Self::NoFrame { n_incomplete: 0, .. } => "check the camera and its trigger",
+            Self::NoFrame { .. } => {
+                "check the camera's cable; a network camera's packet size must be one that the network card and every \
+                 switch pass on (MTU)"
+            }
             Self::Cancelled | Self::ShuttingDown => return None,
         }))
     }

@@ -8,6 +8,7 @@ use crate::params::CYCLE_TIME;
 use crate::parts::acquisition::{RawFrame, UNSHARED};
 use crate::parts::motion::FramePosition;
 use crate::shared::frame::SharedFrame;
+use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Lost;
 use crate::station_thread::station::Station;
 
@@ -80,9 +81,9 @@ impl Station {
         match camera.take(CYCLE_TIME) {
             Ok(Some(frame)) => self.stamping.waiting.push_back(frame),
             Ok(None) => {
-                if let Some(silent) = self.camera.as_ref().and_then(|camera| camera.silence(now)) {
-                    let waited_ms = silent.as_millis() as u64;
-                    self.fail(crate::shared::refusal::StationRefusal::NoFrame { waited_ms });
+                if let Some(silent) = camera.silence(now) {
+                    let (waited_ms, n_incomplete) = (silent.as_millis() as u64, camera.n_incomplete());
+                    self.fail(StationRefusal::NoFrame { waited_ms, n_incomplete });
                 }
             }
             Err(error) => self.fail(error.into()),

@@ -295,10 +295,11 @@ impl Station {
             Some(Task::Grab(grab)) => grab.begun_at.elapsed().as_millis() as u64,
             _ => silent.as_millis() as u64,
         };
+        let n_incomplete = self.camera.as_ref().map_or(0, Acquisition::n_incomplete);
         if let Some(camera) = &mut self.camera {
             camera.give_up();
         }
-        self.fail(StationRefusal::NoFrame { waited_ms });
+        self.fail(StationRefusal::NoFrame { waited_ms, n_incomplete });
     }
 
     /// Completes the current call if it waits for this frame.

@@ -3,10 +3,12 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::bench::{bench_of, never_cancelled, small_devices, wait_until};
+use devices::CameraRequest;
+
+use super::bench::{bench_of, never_cancelled, small_devices, wait, wait_until};
 use super::spy_camera::{spied, spied_on_its_own_thread};
 use crate::station_thread::handle::Watch;
-use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
+use crate::{LiveRequest, MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
 /// Promise 4 is 50 ms; the rest allows for a machine that runs other tests.
 const STOP_LIMIT: Duration = Duration::from_millis(150);
@@ -90,4 +92,31 @@ fn the_end_of_the_thread_turns_the_laser_off() {
     station.shut_down();
     assert_eq!(control.laser_power(), 0.0);
     assert!(matches!(lease.grab(&never_cancelled()), Err(StationRefusal::ShuttingDown)));
+}
+
+#[test]
+fn a_camera_whose_frames_arrive_incomplete_is_given_more_time_than_a_silent_one_and_reported_as_what_it_is() {
+    const RATE_HZ: f64 = 4.0;
+    for (incomplete, expected_s, detail, remedy) in [
+        (false, 1.5, "no frame arrived within", "check the camera and its trigger"),
+        (true, 10.0 / RATE_HZ, "were incomplete", "packet size"),
+    ] {
+        let (devices, spy) = spied(small_devices());
+        let bench = bench_of(devices);
+        bench.wait_for("ready", |status| status.activity == "ready");
+        let wanted = CameraRequest { frame_rate_hz: Some(RATE_HZ), ..CameraRequest::default() };
+        bench.manual(Manual::Configure(wanted)).unwrap();
+        wait(bench.station.live(LiveRequest { running: true, laser_power: 0.0 })).unwrap();
+        bench.wait_for("frames", |status| status.frames_arrived > 1);
+        spy.loses_incomplete.store(incomplete, Ordering::SeqCst);
+        spy.loses.store(u64::MAX, Ordering::SeqCst);
+        let lost_since = Instant::now();
+        bench.wait_for("in error", |status| status.state == MachineState::Error);
+        // The last frame came up to a period before.
+        assert!(lost_since.elapsed().as_secs_f64() > expected_s - 1.0 / RATE_HZ, "{:?}", lost_since.elapsed());
+        let status = bench.station.status();
+        let [fault] = &status.faults[..] else { panic!("{:?}", status.faults) };
+        assert_eq!((fault.device, fault.kind), ("camera", "silent"));
+        assert!(fault.detail.contains(detail) && fault.remedy.contains(remedy), "{fault:?}");
+    }
 }

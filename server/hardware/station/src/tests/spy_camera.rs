@@ -28,6 +28,8 @@ pub struct Spy {
     pub exposed: AtomicU64,
     /// Number of next frames to be lost.
     pub loses: AtomicU64,
+    /// Frames are lost because they arrive incomplete.
+    pub loses_incomplete: AtomicBool,
     /// Frames arrive with half the height.
     pub halves_height: AtomicBool,
     /// Frames arrive with twice the bytes per pixel.
@@ -185,5 +187,9 @@ impl Camera for SpyCamera {
 
     fn details(&self) -> Option<Arc<dyn CameraDetails>> {
         self.camera.details()
+    }
+
+    fn n_incomplete(&self) -> u64 {
+        if self.spy.loses_incomplete.load(Ordering::SeqCst) { self.lost } else { 0 }
     }
 }

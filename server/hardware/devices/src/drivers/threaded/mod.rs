@@ -89,6 +89,8 @@ struct State {
     busy: Option<(&'static str, Instant)>,
     /// Settings as the camera last reported them, or as it is expected to take them.
     settings: CameraSettings,
+    /// As the camera last reported it.
+    n_incomplete: u64,
     /// Why the camera hung, until it is reconnected.
     gone: Option<String>,
     /// Reconnected, but the driver has not answered a frame request since: whether the camera is present is unknown.
@@ -130,6 +132,7 @@ impl ThreadedCamera {
             acquisition: 0,
             busy: None,
             settings: camera.settings(),
+            n_incomplete: 0,
             gone: None,
             is_unconfirmed: false,
             closed: false,
@@ -243,7 +246,7 @@ impl Shared {
                 drop(state);
                 let outcome = camera.next_frame(&mut image, timeout);
                 state = self.lock();
-                state.busy = None;
+                (state.busy, state.n_incomplete) = (None, camera.n_incomplete());
                 if state.acquisition == acquisition {
                     state.is_unconfirmed &= outcome.is_err();
                     (state.frame_pending, state.delivery) = (false, Some(Delivery { image, outcome }));
@@ -292,6 +295,10 @@ impl Camera for ThreadedCamera {
 
     fn details(&self) -> Option<Arc<dyn CameraDetails>> {
         self.details.clone()
+    }
+
+    fn n_incomplete(&self) -> u64 {
+        self.shared.lock().n_incomplete
     }
 
     /// Returns what the camera accepted; for a slow camera the values expected from its capabilities, until it answers.

@@ -10,8 +10,8 @@ use genicam::{GenicamDriver, GenicamSettings};
 
 use super::cell::Reaction::{self, Continues, Reported, ReportedEither};
 use super::cell::{REPORT_LIMIT, Rig, Scenario, cells, check};
-use crate::tests::bench::{Bench, bench_of, small_twin};
-use crate::{Manual, StationDevices, StationRefusal};
+use crate::tests::bench::{Bench, bench_of, small_twin, wait};
+use crate::{LiveRequest, MachineState, Manual, StationDevices, StationRefusal};
 
 /// Serial number of the camera process.
 const SERIAL: &str = "SHEAF03";
@@ -155,4 +155,17 @@ cells! { genicam;
         absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
         homing: Continues;
     controlled_elsewhere: InjectedFault::ControlledElsewhere => absent: DISCONNECTED;
+}
+
+/// As from a network card whose packets are smaller than the camera's: hardly any frame of 35 packets is complete.
+#[test]
+fn a_camera_whose_packets_are_lost_is_reported_with_the_packet_size_as_remedy() {
+    let Some(_camera) = fake(300) else { return };
+    let bench = station(Scenario::Live);
+    bench.wait_for("camera connected", |status| status.camera.connected);
+    wait(bench.station.live(LiveRequest { running: true, laser_power: 0.0 })).unwrap();
+    bench.wait_for("in error", |status| status.state == MachineState::Error);
+    let status = bench.station.status();
+    let [fault] = &status.faults[..] else { panic!("{:?}", status.faults) };
+    assert!(fault.detail.ends_with("were incomplete") && fault.remedy.contains("packet size"), "{fault:?}");
 }
