@@ -71,6 +71,18 @@ fn damaged_frames_are_counted_and_never_delivered() {
 }
 
 #[test]
+fn damaged_frames_are_known_before_a_good_one_arrives() {
+    let bench = Bench::default();
+    let mut camera = started(&bench);
+    bench.camera().flaws = vec![Flaw { is_marked: true, ..Flaw::default() }; 1000];
+    assert_eq!(camera.next_frame(&mut blank(), Duration::from_millis(100)).unwrap(), None);
+    assert!(camera.n_incomplete() > 0);
+    bench.camera().flaws.clear();
+    frame(&mut camera, &mut blank());
+    assert_eq!(camera.n_incomplete(), 0);
+}
+
+#[test]
 fn images_equal_those_that_were_sent() {
     for format in ["YUYV", "MJPG"] {
         let bench = Bench::default();
