@@ -7,18 +7,18 @@ use super::super::view::{Level, View};
 pub fn binned<T: Level>(view: &View<T>, shift: usize, pixels: &mut Vec<u16>) -> f32 {
     let rows = 1usize << shift;
     // The largest power of two that keeps full scale within sixteen bits.
-    let gain = (f32::from(u16::MAX) / view.full_scale).log2().floor().exp2();
-    let scale = gain / rows as f32;
-    let mut sums = vec![0.0f32; view.width];
+    let gain_bits = (f32::from(u16::MAX) / view.full_scale).log2().floor() as u32;
+    let half = 1 << shift >> 1;
+    let mut sums = vec![0; view.width];
     pixels.clear();
     for row in 0..view.height >> shift {
-        sums.fill(0.0);
+        sums.fill(half);
         for v in row * rows..(row + 1) * rows {
-            sums.iter_mut().zip(view.row(v)).for_each(|(sum, level)| *sum += level.grey());
+            sums.iter_mut().zip(view.row(v)).for_each(|(sum, &level)| *sum += level.into() << gain_bits);
         }
-        pixels.extend(sums.iter().map(|sum| (sum * scale + 0.5) as u16));
+        pixels.extend(sums.iter().map(|sum| (sum >> shift).min(u16::MAX.into()) as u16));
     }
-    gain
+    (1u32 << gain_bits) as f32
 }
 
 /// Converts a point of an image with `rows` rows binned into one, and grey levels `gain` times as large, to the

@@ -1,6 +1,6 @@
 //! The lines of one or several levels, point by point.
 
-use super::super::{CentrelinePoint, Centrelines};
+use super::super::{CentrelinePoint, Centrelines, Segment};
 use crate::params::{LEVEL_MEASURED_PX2, LEVEL_NEAR_WIDTHS, LEVEL_STITCH_WIDTHS};
 
 /// A point, with the number of rows binned where it was found.
@@ -70,8 +70,12 @@ impl Mark {
 
 /// The lines of a level.
 pub fn as_lines(found: &Centrelines, rows: f32) -> Vec<Line> {
-    let line = |points: &[CentrelinePoint]| points.iter().map(|&point| Mark { point, rows }).collect();
-    found.segments.iter().map(|segment| line(&segment.points)).collect()
+    found.segments.iter().map(|segment| as_line(segment, rows)).collect()
+}
+
+/// A line of a level.
+pub fn as_line(segment: &Segment, rows: f32) -> Line {
+    segment.points.iter().map(|&point| Mark { point, rows }).collect()
 }
 
 /// The lines without some marks, split at the gaps.

@@ -14,7 +14,7 @@ use super::view::{Level, View};
 use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use columns::Columns;
-use marks::{Line, as_lines, without};
+use marks::{Line, Place, as_line, as_lines, without};
 use touching::without_touching_lines;
 
 /// Search for wide lines; its memory is reused from image to image.
@@ -35,8 +35,8 @@ impl Levels {
         self.columns.index_found(found, view.width);
         let duplicates = self.columns.duplicates(found);
         let mut is_light_unexplained = self.columns.has_unexplained_light(memory.strips(), 1, base_px);
-        if !is_light_unexplained && duplicates.is_empty() {
-            return;
+        if !is_light_unexplained {
+            return without_duplicates(found, &duplicates);
         }
         let mut lines = without(as_lines(found, 1.0), &duplicates);
         let mut correlation = Correlation::default();
@@ -62,15 +62,39 @@ impl Levels {
             shift += 1;
         }
         found.correlation_px = correlation.mean_px().unwrap_or(found.correlation_px);
-        let segment = |line: Line| Segment { points: line.iter().map(|mark| mark.point).collect() };
-        found.segments = lines.into_iter().map(segment).collect();
+        found.segments = lines.into_iter().map(segment_of).collect();
         found.direction = LineDirection::Rows;
-        let first = |segment: &Segment| (segment.points[0].u_px, segment.points[0].v_px);
-        found.segments.sort_by(|a, b| {
-            let (a, b) = (first(a), first(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
+        sort(&mut found.segments);
     }
+}
+
+/// Removes some points, without touching the other lines.
+fn without_duplicates(found: &mut Centrelines, duplicates: &[Place]) {
+    if duplicates.is_empty() {
+        return;
+    }
+    let mut affected: Vec<usize> = duplicates.iter().map(|(line, _)| *line).collect();
+    affected.sort_unstable();
+    affected.dedup();
+    let removed: Vec<Place> =
+        duplicates.iter().map(|(line, at)| (affected.partition_point(|other| other < line), *at)).collect();
+    let lines = affected.iter().map(|&line| as_line(&std::mem::take(&mut found.segments[line]), 1.0)).collect();
+    found.segments.retain(|segment| !segment.points.is_empty());
+    found.segments.extend(without(lines, &removed).into_iter().map(segment_of));
+    sort(&mut found.segments);
+}
+
+fn segment_of(line: Line) -> Segment {
+    Segment { points: line.iter().map(|mark| mark.point).collect() }
+}
+
+/// Orders segments by their first point: along the line, then across.
+fn sort(segments: &mut [Segment]) {
+    let first = |segment: &Segment| (segment.points[0].u_px, segment.points[0].v_px);
+    segments.sort_by(|a, b| {
+        let (a, b) = (first(a), first(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
 }
 
 /// The mean correlation length of the points of several levels.
