@@ -271,6 +271,8 @@ test("a server that dies in the middle of a scan: the page says so, and the resu
   await server.kill();
   await page.getByText("No connection to the server").waitFor();
   server = await server.startAgain();
+  const [scan] = (await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans?limit=1")).items;
+  expect(scan).toMatchObject({ job_id: id, state: "partial" });
   await page.waitForSelector("[data-scan-state=interrupted]", { timeout: 60_000 });
   await picture(page, "scan-interrupted");
   await expectAccessible(page);

@@ -13,6 +13,9 @@ import type { SetUp, StartScan } from "./set_up";
 /** Number of newest scans searched for the one of the newest job. */
 const N_SEARCHED = 50;
 
+/** A failed search is repeated after this pause: an ended job does not change again. */
+const SEARCH_AGAIN_MS = 1000;
+
 export class ScanRun {
   /** The newest job that scans from the station. */
   readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(isStationScan));
@@ -69,8 +72,8 @@ export class ScanRun {
       }),
       effect(() => {
         const job = this.job.value;
-        if (job && hasEnded(job)) void this.findScan(job);
-        else this.scan.value = undefined;
+        if (this.scan.peek()?.job_id !== job?.id) this.scan.value = undefined;
+        return job && hasEnded(job) ? this.findScan(job) : undefined;
       }),
     ];
     return () => {
@@ -110,15 +113,24 @@ export class ScanRun {
     };
   }
 
-  private async findScan(job: Job): Promise<void> {
-    try {
-      const query = { limit: N_SEARCHED };
-      const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
-      if (this.job.peek()?.id !== job.id) return;
-      this.scan.value = items.find((scan) => scan.job_id === job.id);
-    } catch {
-      // The next change of the job triggers another attempt.
-    }
+  /** Searches for the scan of an ended job until the returned function is called. */
+  private findScan(job: Job): () => void {
+    let ended = false;
+    let again: ReturnType<typeof setTimeout> | undefined;
+    const search = async () => {
+      try {
+        const query = { limit: N_SEARCHED };
+        const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
+        if (!ended) this.scan.value = items.find((scan) => scan.job_id === job.id);
+      } catch {
+        if (!ended) again = setTimeout(() => void search(), SEARCH_AGAIN_MS);
+      }
+    };
+    void search();
+    return () => {
+      ended = true;
+      clearTimeout(again);
+    };
   }
 }
 
