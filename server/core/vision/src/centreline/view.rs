@@ -95,7 +95,7 @@ wrapping_sum!(i32, |whole: i32| whole.min(i32::from(u16::MAX)) as u16);
 pub type CellRow<T> = [[T; CELL_WIDTH_PX]];
 
 /// A grey level of an image.
-pub trait Level: Difference + Ord + Into<u32> {
+pub trait Level: Difference + Ord + Into<u16> {
     /// Holds sums over up to 128 rows.
     type Sum: Sum;
     /// The level as a sum.

@@ -1,22 +1,19 @@
 //! Binning of rows, and conversion of the points found to image coordinates.
 
 use super::super::CentrelinePoint;
-use super::super::view::{Level, View};
+use super::super::view::Level;
 
-/// Averages 2^`shift` rows into one, scaled so that nothing is lost to rounding; returns the scale.
-pub fn binned<T: Level>(view: &View<T>, shift: usize, pixels: &mut Vec<u16>) -> f32 {
-    let rows = 1usize << shift;
+/// Averages pairs of rows of an image of this width, scaled so that as little as possible is lost to rounding; returns
+/// the scale.
+pub fn binned<T: Level>(image: &[T], width: usize, full_scale: f32, pixels: &mut Vec<u16>) -> f32 {
     // The largest power of two that keeps full scale within sixteen bits.
-    let gain_bits = (f32::from(u16::MAX) / view.full_scale).log2().floor() as u32;
-    let half = 1 << shift >> 1;
-    let mut sums = vec![0; view.width];
+    let gain_bits = (f32::from(u16::MAX) / full_scale).log2().floor() as u32;
+    let scaled = |level: T| level.into().min(u16::MAX >> gain_bits) << gain_bits;
+    let mean = |a: u16, b: u16| ((u32::from(a) + u32::from(b) + 1) >> 1) as u16;
     pixels.clear();
-    for row in 0..view.height >> shift {
-        sums.fill(half);
-        for v in row * rows..(row + 1) * rows {
-            sums.iter_mut().zip(view.row(v)).for_each(|(sum, &level)| *sum += level.into() << gain_bits);
-        }
-        pixels.extend(sums.iter().map(|sum| (sum >> shift).min(u16::MAX.into()) as u16));
+    for pair in image.chunks_exact(2 * width) {
+        let (upper, lower) = pair.split_at(width);
+        pixels.extend(upper.iter().zip(lower).map(|(&upper, &lower)| mean(scaled(upper), scaled(lower))));
     }
     (1u32 << gain_bits) as f32
 }

@@ -18,11 +18,9 @@ pub type Line = Vec<Mark>;
 /// Indices of a mark: line, position in it.
 pub type Place = (usize, usize);
 
-/// A mark in the list of its column: its position and the light that it explains.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// A mark along its column: where it is, and what light it explains.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Line and position in it.
-    pub place: Place,
     /// Row.
     pub v_px: f32,
     /// Full width along the column as measured, area by the height of three rows, px.
@@ -34,17 +32,6 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// The entry of a point found in an image with `rows` rows binned into one.
-    #[inline(always)]
-    pub fn of(place: Place, point: &CentrelinePoint, rows: f32) -> Self {
-        let (along, across) = (point.normal[0].abs() as f32, point.normal[1].abs() as f32);
-        let per_across = 1.0 / across.max(f32::MIN_POSITIVE);
-        let (width_px, slope) = (point.width_px * per_across, along * per_across);
-        // The width as measured: levels search for lines of that width.
-        let width_px = (width_px * width_px + LEVEL_MEASURED_PX2 * rows * rows).sqrt();
-        Self { place, v_px: point.v_px as f32, width_px, slope, rows }
-    }
-
     /// Its width relative to the width its level searches for.
     pub fn fit(&self, base_px: f32) -> f32 {
         self.width_px / (base_px * self.rows)
@@ -56,15 +43,27 @@ impl Spot {
     }
 }
 
+/// The width of a point along its column, as its image of binned rows measured it (levels search for lines of that
+/// width), and its slope, from its normal and its width across the line.
+#[inline(always)]
+pub fn along_column(normal: [f32; 2], width_px: f32, rows: f32) -> (f32, f32) {
+    let per_across = 1.0 / normal[1].abs().max(f32::MIN_POSITIVE);
+    let (width_px, slope) = (width_px * per_across, normal[0].abs() * per_across);
+    ((width_px * width_px + LEVEL_MEASURED_PX2 * rows * rows).sqrt(), slope)
+}
+
 impl Mark {
     /// Full width at half height along the column, px.
     pub fn width_px(&self) -> f32 {
         self.spot().width_px
     }
 
-    /// Its entry in the list of its column.
+    /// Along its column.
     pub fn spot(&self) -> Spot {
-        Spot::of((0, 0), &self.point, self.rows)
+        let Self { point, rows } = self;
+        let normal = point.normal.map(|component| component as f32);
+        let (width_px, slope) = along_column(normal, point.width_px, *rows);
+        Spot { v_px: point.v_px as f32, width_px, slope, rows: *rows }
     }
 }
 

@@ -5,26 +5,29 @@
 //! light, and each level covers its own band of line widths.
 
 mod bins;
-mod columns;
 mod marks;
+mod merging;
+mod stretches;
 mod touching;
 
 use super::fast::{self, Memory};
 use super::view::{Level, View};
 use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
-use columns::Columns;
 use marks::{Line, Place, as_line, as_lines, without};
+use merging::merged;
+use stretches::{Survey, Surveyor};
 use touching::without_touching_lines;
 
 /// Search for wide lines; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Levels {
     memory: Memory<u16>,
-    /// The image with binned rows, and its lines.
+    /// The image with binned rows, and with half as many rows binned.
     pixels: Vec<u16>,
+    finer: Vec<u16>,
     coarse: Centrelines,
-    columns: Columns,
+    surveyor: Surveyor,
 }
 
 impl Levels {
@@ -32,20 +35,25 @@ impl Levels {
     /// and line.
     pub fn add_wide_lines<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
         let base_px = memory.width_px();
-        self.columns.index_found(found, view.width);
-        let duplicates = self.columns.duplicates(found);
-        let mut is_light_unexplained = self.columns.has_unexplained_light(memory.strips(), 1, base_px);
+        let Survey { duplicates, mut is_light_unexplained } =
+            self.surveyor.survey_found(found, memory.strips(), base_px);
         if !is_light_unexplained {
-            return without_duplicates(found, &duplicates);
+            return remove_points(found, &duplicates);
         }
         let mut lines = without(as_lines(found, 1.0), &duplicates);
         let mut correlation = Correlation::default();
         correlation.add(found.correlation_px, &lines);
-        let mut shift = 1;
-        while is_light_unexplained && fast::fits(view.width, view.height >> shift) {
-            let rows = 1 << shift;
-            let gain = binned(view, shift, &mut self.pixels);
-            let (height, full_scale) = (view.height >> shift, view.full_scale * gain);
+        let (mut gain, mut rows) = (1.0, 1);
+        while is_light_unexplained && fast::fits(view.width, view.height / (2 * rows)) {
+            let full_scale = view.full_scale * gain;
+            gain *= if rows == 1 {
+                binned(view.pixels, view.width, full_scale, &mut self.pixels)
+            } else {
+                std::mem::swap(&mut self.pixels, &mut self.finer);
+                binned(&self.finer, view.width, full_scale, &mut self.pixels)
+            };
+            rows *= 2;
+            let (height, full_scale) = (view.height / rows, view.full_scale * gain);
             // The mean of several rows.
             let hidden_noise = view.hidden_noise * gain / (rows as f32).sqrt();
             let level = View { pixels: &self.pixels, width: view.width, height, full_scale, hidden_noise };
@@ -55,11 +63,9 @@ impl Levels {
             points.for_each(|point| unbin(point, rows, gain));
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
-            self.columns.index_lines(&lines, view.width);
-            lines = self.columns.merged(lines, coarse, base_px, |line| without_touching_lines(line, view));
-            self.columns.index_lines(&lines, view.width);
-            is_light_unexplained = self.columns.has_unexplained_light(self.memory.strips(), rows, base_px);
-            shift += 1;
+            lines = merged(lines, coarse, base_px, |line| without_touching_lines(line, view));
+            let survey = self.surveyor.survey_lines(&lines, self.memory.strips(), rows, base_px);
+            is_light_unexplained = survey.is_light_unexplained;
         }
         found.correlation_px = correlation.mean_px().unwrap_or(found.correlation_px);
         found.segments = lines.into_iter().map(segment_of).collect();
@@ -69,15 +75,15 @@ impl Levels {
 }
 
 /// Removes some points, without touching the other lines.
-fn without_duplicates(found: &mut Centrelines, duplicates: &[Place]) {
-    if duplicates.is_empty() {
+fn remove_points(found: &mut Centrelines, removed: &[Place]) {
+    if removed.is_empty() {
         return;
     }
-    let mut affected: Vec<usize> = duplicates.iter().map(|(line, _)| *line).collect();
+    let mut affected: Vec<usize> = removed.iter().map(|(line, _)| *line).collect();
     affected.sort_unstable();
     affected.dedup();
     let removed: Vec<Place> =
-        duplicates.iter().map(|(line, at)| (affected.partition_point(|other| other < line), *at)).collect();
+        removed.iter().map(|(line, at)| (affected.partition_point(|other| other < line), *at)).collect();
     let lines = affected.iter().map(|&line| as_line(&std::mem::take(&mut found.segments[line]), 1.0)).collect();
     found.segments.retain(|segment| !segment.points.is_empty());
     found.segments.extend(without(lines, &removed).into_iter().map(segment_of));
