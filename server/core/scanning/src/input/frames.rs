@@ -94,15 +94,23 @@ pub(crate) fn of_every_frame<T: Send>(
     map_with(frames.n_frames(), 1, || (), of_frame).into_iter().collect()
 }
 
-/// Runs `work` on the numbers below `n`, on all threads; `take` receives the results in order, batch by batch.
+/// Runs `work` on the numbers below `n`, on all threads; `take` receives the results in order, in the calling thread,
+/// while the next batch is worked on.
 pub(crate) fn in_order<T: Send, E: Send>(
     n: usize,
     work: impl Fn(usize) -> Result<T, E> + Sync,
     mut take: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), E> {
-    for first in (0..n).step_by(BATCH_FRAMES) {
-        let batch = map_with(BATCH_FRAMES.min(n - first), 1, || (), |(): &mut (), idx| work(first + idx));
-        batch.into_iter().try_for_each(|result| take(result?))?;
+    let batch =
+        |first: usize| map_with(BATCH_FRAMES.min(n - first), 1, || (), |(): &mut (), idx| work(first + idx));
+    let mut ready = batch(0);
+    for first in (BATCH_FRAMES..n).step_by(BATCH_FRAMES) {
+        let mut next = Vec::new();
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| next = batch(first));
+            ready.drain(..).try_for_each(|result| take(result?))
+        })?;
+        ready = next;
     }
-    Ok(())
+    ready.into_iter().try_for_each(|result| take(result?))
 }

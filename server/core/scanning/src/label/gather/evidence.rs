@@ -236,9 +236,12 @@ impl Evidence {
                 *score += f64::from(bond.weight) * marginal;
             }
         }
-        for seen in self.observations(piece) {
-            let theirs = marginals[seen.piece as usize * n + usize::from(seen.label)];
-            scores[usize::from(seen.own_label)] += f64::from(seen.weight) * theirs;
+        for of_label in self.observations(piece).chunk_by(|a, b| a.own_label == b.own_label) {
+            let score = &mut scores[usize::from(of_label[0].own_label)];
+            *score = of_label.iter().fold(*score, |sum, seen| {
+                let theirs = marginals[seen.piece as usize * n + usize::from(seen.label)];
+                sum + f64::from(seen.weight) * theirs
+            });
         }
         for (label, score) in scores.iter_mut().enumerate() {
             *score = (self.unary[piece * n + label] + *score) / self.sizes[piece];
