@@ -27,7 +27,7 @@ use crate::commands::Answer;
 use crate::commands::service::config::effective_of;
 use check::{Check, Outcome};
 use examination::{Cancelled, Examination, ExaminationSettings, POLL_PERIOD};
-use limits::{MOVE_MM, REST_WAIT};
+use limits::{CANCELLED_WAIT, MOVE_MM, REST_WAIT};
 
 /// Longest time for threads to end once laser and motion are off; one may be waiting at the prompt.
 const END_LIMIT: Duration = Duration::from_millis(200);
@@ -58,7 +58,7 @@ pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure
     let yes = args.yes;
     let checks = examine(&examination, || yes || has_consent(&settings));
     let ended = checks.map(|checks| answer(&checks)).map_err(|Cancelled| {
-        Failure::cancelled().remedy(format!("{}; run the command again", safe_state(&station)))
+        Failure::cancelled().remedy(format!("{}; run the command again", reported_state(&station)))
     });
     station.shut_down();
     runtime.shutdown_timeout(END_LIMIT);
@@ -126,8 +126,8 @@ fn watch_signals(
         }
         stop(&station, &cancel).await;
         // The examination ends within this time unless it waits at the prompt.
-        tokio::time::sleep(REST_WAIT).await;
-        let state = safe_state(&station);
+        tokio::time::sleep(CANCELLED_WAIT).await;
+        let state = reported_state(&station);
         station.shut_down();
         eprintln!("\ncancelled: {state}");
         std::process::exit(Exit::Internal as i32);
@@ -136,7 +136,7 @@ fn watch_signals(
 }
 
 /// What a stopped station reports of laser and stage; waits until both have confirmed the Stop.
-fn safe_state(station: &StationHandle) -> String {
+fn reported_state(station: &StationHandle) -> String {
     let began = Instant::now();
     let (laser, stage) = loop {
         let status = station.status();

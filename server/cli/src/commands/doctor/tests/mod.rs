@@ -344,7 +344,7 @@ fn cancelling_at_any_step_leaves_the_laser_off_and_the_stage_at_rest() {
         stopper.join().unwrap();
         assert!(ended.is_err(), "{step}: it was not cancelled");
         assert_eq!(bench.control.laser_power(), 0.0, "{step}: laser on");
-        assert_eq!(safe_state(&bench.station), "the laser is off, the stage is at rest", "{step}");
+        assert_eq!(reported_state(&bench.station), "the laser is off, the stage is at rest", "{step}");
         assert!(bench.station.is_halted(), "{step}: Stop is not latched");
     }
 }
