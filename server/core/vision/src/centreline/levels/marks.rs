@@ -10,6 +10,8 @@ pub struct Mark {
     pub point: CentrelinePoint,
     /// Rows binned into one.
     pub rows: f32,
+    /// Full width along the column as measured, area by the height of three rows, px.
+    pub width_px: f32,
 }
 
 /// Marks of neighbouring columns.
@@ -17,31 +19,6 @@ pub type Line = Vec<Mark>;
 
 /// Indices of a mark: line, position in it.
 pub type Place = (usize, usize);
-
-/// A mark along its column: where it is, and what light it explains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spot {
-    /// Row.
-    pub v_px: f32,
-    /// Full width along the column as measured, area by the height of three rows, px.
-    pub width_px: f32,
-    /// Rows per column, absolute value.
-    pub slope: f32,
-    /// Rows binned into one.
-    pub rows: f32,
-}
-
-impl Spot {
-    /// Its width relative to the width its level searches for.
-    pub fn fit(&self, base_px: f32) -> f32 {
-        self.width_px / (base_px * self.rows)
-    }
-
-    /// Whether both, of one column, are detections of the same line.
-    pub fn is_near(&self, other: &Self) -> bool {
-        (self.v_px - other.v_px).abs() < LEVEL_NEAR_WIDTHS * self.width_px.max(other.width_px)
-    }
-}
 
 /// The width of a point along its column, as its image of binned rows measured it (levels search for lines of that
 /// width), and its slope, from its normal and its width across the line.
@@ -53,17 +30,21 @@ pub fn along_column(normal: [f32; 2], width_px: f32, rows: f32) -> (f32, f32) {
 }
 
 impl Mark {
-    /// Full width at half height along the column, px.
-    pub fn width_px(&self) -> f32 {
-        self.spot().width_px
+    /// A point found in an image with `rows` rows binned into one.
+    pub fn of(point: CentrelinePoint, rows: f32) -> Self {
+        let (width_px, _) = along_column(point.normal.map(|component| component as f32), point.width_px, rows);
+        Self { point, rows, width_px }
     }
 
-    /// Along its column.
-    pub fn spot(&self) -> Spot {
-        let Self { point, rows } = self;
-        let normal = point.normal.map(|component| component as f32);
-        let (width_px, slope) = along_column(normal, point.width_px, *rows);
-        Spot { v_px: point.v_px as f32, width_px, slope, rows: *rows }
+    /// Its width relative to the width its level searches for.
+    pub fn fit(&self, base_px: f32) -> f32 {
+        self.width_px / (base_px * self.rows)
+    }
+
+    /// Whether both, of one column, are detections of the same line.
+    pub fn is_near(&self, other: &Self) -> bool {
+        let apart_px = (self.point.v_px as f32 - other.point.v_px as f32).abs();
+        apart_px < LEVEL_NEAR_WIDTHS * self.width_px.max(other.width_px)
     }
 }
 
@@ -74,24 +55,33 @@ pub fn as_lines(found: &Centrelines, rows: f32) -> Vec<Line> {
 
 /// A line of a level.
 pub fn as_line(segment: &Segment, rows: f32) -> Line {
-    segment.points.iter().map(|&point| Mark { point, rows }).collect()
+    segment.points.iter().map(|&point| Mark::of(point, rows)).collect()
 }
 
 /// The lines without some marks, split at the gaps.
-pub fn without(lines: Vec<Line>, removed: &[Place]) -> Vec<Line> {
-    let mut is_removed: Vec<Vec<bool>> = lines.iter().map(|line| vec![false; line.len()]).collect();
-    removed.iter().for_each(|&(line, at)| is_removed[line][at] = true);
-    let pieces = lines.into_iter().zip(is_removed).flat_map(|(line, is_removed)| {
-        let mut is_removed = is_removed.into_iter();
-        kept(line, |_| !is_removed.next().expect("one per mark"))
-    });
-    pieces.collect()
+pub fn without(lines: Vec<Line>, mut removed: Vec<Place>) -> Vec<Line> {
+    removed.sort_unstable();
+    let mut removed = removed.into_iter().peekable();
+    let of_line = |(line, marks): (usize, Line)| {
+        let mut at = 0;
+        kept(marks, |_| {
+            let is_removed = removed.peek() == Some(&(line, at));
+            while removed.next_if_eq(&(line, at)).is_some() {}
+            at += 1;
+            !is_removed
+        })
+    };
+    lines.into_iter().enumerate().flat_map(of_line).collect()
 }
 
 /// The marks of a line that are kept, split at the gaps.
 pub fn kept(line: Line, mut is_kept: impl FnMut(&Mark) -> bool) -> Vec<Line> {
-    let mut pieces = vec![Vec::new()];
-    for mark in line {
+    let n_whole = line.iter().take_while(|mark| is_kept(mark)).count();
+    if n_whole == line.len() {
+        return if line.is_empty() { Vec::new() } else { vec![line] };
+    }
+    let mut pieces = vec![line[..n_whole].to_vec(), Vec::new()];
+    for &mark in &line[n_whole + 1..] {
         if is_kept(&mark) {
             pieces.last_mut().expect("there is one").push(mark);
         } else if pieces.last().is_some_and(|piece| !piece.is_empty()) {
@@ -116,7 +106,7 @@ pub fn stitched(mut lines: Vec<Line>) -> Vec<Line> {
             let apart_px = (first.point.v_px - last.point.v_px - slope).abs() as f32;
             last.rows != first.rows
                 && first.point.u_px == last.point.u_px + 1.0
-                && apart_px < LEVEL_STITCH_WIDTHS * first.width_px().max(last.width_px())
+                && apart_px < LEVEL_STITCH_WIDTHS * first.width_px.max(last.width_px)
         };
         match joined.iter_mut().find(follows) {
             Some(before) => before.extend(line),

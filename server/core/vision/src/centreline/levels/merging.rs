@@ -1,57 +1,61 @@
 //! Lines of two levels as those of one image.
 
-use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
+use std::ops::Range;
+
+use super::super::view::{Level, View};
+use super::marks::{Line, Mark, Place, kept, stitched, without};
+use super::touching::{single_lines, stretches};
 use crate::params::{
     LEVEL_CLAIMED_FRACTION, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX,
     MIN_SEGMENT_COLUMNS,
 };
 
-/// `lines`, found so far, merged with those of a coarser level; every crossing is kept once, from the level whose band
-/// contains its width. `single`: splits a coarse line into the parts that are a single line.
-pub fn merged(lines: Vec<Line>, coarse: Vec<Line>, base_px: f32, single: impl Fn(Line) -> Vec<Line>) -> Vec<Line> {
+/// `lines`, found so far in `view`, merged with those of a coarser level; every crossing is kept once, from the level
+/// whose band contains its width.
+pub fn merged<T: Level>(lines: Vec<Line>, coarse: Vec<Line>, base_px: f32, view: &View<T>) -> Vec<Line> {
     let mut removed = Vec::new();
     let mut added = Vec::new();
-    let is_own =
-        |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
-    for line in coarse.into_iter().flat_map(|line| kept(line, is_own)).flat_map(single) {
-        let others = near(&lines, &line);
-        let is_claimed =
-            |others: &Vec<(Place, Spot)>| others.iter().any(|(_, other)| other.fit(base_px) <= LEVEL_SURE);
-        let claimed: Vec<bool> = others.iter().map(is_claimed).collect();
-        let n_claimed = claimed.iter().filter(|claimed| **claimed).count();
-        if n_claimed as f32 > LEVEL_CLAIMED_FRACTION * line.len() as f32 {
+    let is_own = |mark: &Mark| mark.fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
+    for line in coarse.into_iter().flat_map(|line| kept(line, is_own)) {
+        let others = detected_before(&lines, &line);
+        let mut is_claimed = vec![false; line.len()];
+        for &(at, (other, at_other)) in &others {
+            is_claimed[at] |= lines[other][at_other].fit(base_px) <= LEVEL_SURE;
+        }
+        let is_several = |part: Range<usize>| {
+            let n_claimed = is_claimed[part.clone()].iter().filter(|is_claimed| **is_claimed).count();
+            n_claimed as f32 > LEVEL_CLAIMED_FRACTION * part.len() as f32
+        };
+        if stretches(line.len()).all(is_several) {
             continue;
         }
-        let beaten = others.iter().zip(&claimed).filter(|(_, claimed)| !**claimed);
-        removed.extend(beaten.flat_map(|(others, _)| others.iter().map(|(place, _)| *place)));
-        let mut claimed = claimed.into_iter();
-        added.extend(kept(line, |_| !claimed.next().expect("one per mark")));
+        for part in single_lines(&line, view).into_iter().filter(|part| !is_several(part.clone())) {
+            let beaten = others.iter().filter(|(at, _)| part.contains(at) && !is_claimed[*at]);
+            removed.extend(beaten.map(|(_, place)| *place));
+            let mut is_claimed = is_claimed[part.clone()].iter();
+            added.extend(kept(line[part].to_vec(), |_| is_claimed.next() == Some(&false)));
+        }
     }
-    let mut lines = without(lines, &removed);
+    let mut lines = without(lines, removed);
     lines.extend(added);
     let mut lines = stitched(lines);
     lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS && !is_glow(line));
     lines
 }
 
-/// For every mark of `line`, the marks of `lines` in its column that are detections of the same line.
-fn near(lines: &[Line], line: &Line) -> Vec<Vec<(Place, Spot)>> {
+/// Marks of `lines` that are detections of `line` as well: the place in `line`, then theirs.
+fn detected_before(lines: &[Line], line: &Line) -> Vec<(usize, Place)> {
     let first = first_column(line);
-    let beside: Vec<(usize, usize)> = lines
-        .iter()
-        .enumerate()
-        .map(|(idx, other)| (idx, first_column(other)))
-        .filter(|&(idx, begin)| begin < first + line.len() && first < begin + lines[idx].len())
-        .collect();
-    let near_one = |(column, mark): (usize, &Mark)| {
-        let spot = mark.spot();
-        let here = beside.iter().filter_map(|&(idx, begin)| {
-            let at = column.checked_sub(begin)?;
-            Some(((idx, at), lines[idx].get(at)?.spot()))
-        });
-        here.filter(|(_, other)| other.is_near(&spot)).collect()
-    };
-    (first..).zip(line).map(near_one).collect()
+    let mut places = Vec::new();
+    for (idx, other) in lines.iter().enumerate() {
+        let begin = first_column(other);
+        for column in first.max(begin)..(first + line.len()).min(begin + other.len()) {
+            if line[column - first].is_near(&other[column - begin]) {
+                places.push((column - first, (idx, column - begin)));
+            }
+        }
+    }
+    places
 }
 
 fn first_column(line: &Line) -> usize {

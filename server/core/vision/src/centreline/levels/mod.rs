@@ -17,7 +17,6 @@ use bins::{binned, unbin};
 use marks::{Line, Place, as_line, as_lines, without};
 use merging::merged;
 use stretches::{Survey, Surveyor};
-use touching::without_touching_lines;
 
 /// Search for wide lines; its memory is reused from image to image.
 #[derive(Default)]
@@ -40,7 +39,7 @@ impl Levels {
         if !is_light_unexplained {
             return remove_points(found, &duplicates);
         }
-        let mut lines = without(as_lines(found, 1.0), &duplicates);
+        let mut lines = without(as_lines(found, 1.0), duplicates);
         let mut correlation = Correlation::default();
         correlation.add(found.correlation_px, &lines);
         let (mut gain, mut rows) = (1.0, 1);
@@ -63,7 +62,7 @@ impl Levels {
             points.for_each(|point| unbin(point, rows, gain));
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
-            lines = merged(lines, coarse, base_px, |line| without_touching_lines(line, view));
+            lines = merged(lines, coarse, base_px, view);
             let survey = self.surveyor.survey_lines(&lines, self.memory.strips(), rows, base_px);
             is_light_unexplained = survey.is_light_unexplained;
         }
@@ -86,7 +85,7 @@ fn remove_points(found: &mut Centrelines, removed: &[Place]) {
         removed.iter().map(|(line, at)| (affected.partition_point(|other| other < line), *at)).collect();
     let lines = affected.iter().map(|&line| as_line(&std::mem::take(&mut found.segments[line]), 1.0)).collect();
     found.segments.retain(|segment| !segment.points.is_empty());
-    found.segments.extend(without(lines, &removed).into_iter().map(segment_of));
+    found.segments.extend(without(lines, removed).into_iter().map(segment_of));
     sort(&mut found.segments);
 }
 

@@ -1,36 +1,36 @@
 //! Two touching lines, which a coarser level detects as one line of twice the width.
 
+use std::ops::Range;
+
 use super::super::view::{Level, View};
-use super::marks::{Line, Mark};
+use super::marks::Mark;
 use crate::params::{
     TOUCHING_BLOCK_COLUMNS, TOUCHING_COLUMNS, TOUCHING_DIP, TOUCHING_LEAST_BLOCKS, TOUCHING_REACH_WIDTHS,
     TOUCHING_SIGMAS, TOUCHING_SMOOTH_WIDTHS,
 };
 
-/// A line of a coarser level without the stretches that are two adjacent lines: where the profile in the image itself
-/// has two maxima with a minimum between them, significant against noise and speckle.
-pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>) -> Vec<Line> {
-    // The last stretch includes a remainder that is too short for a separate one.
-    let n_stretches = (line.len() / TOUCHING_COLUMNS).max(1);
-    let start = |stretch: usize| if stretch == n_stretches { line.len() } else { stretch * TOUCHING_COLUMNS };
-    let stretches = (0..n_stretches).map(|stretch| &line[start(stretch)..start(stretch + 1)]);
-    let mut pieces: Vec<Line> = Vec::new();
-    let mut continues = false;
-    for stretch in stretches {
-        if is_touching_pair(stretch, view) {
-            continues = false;
-        } else if continues {
-            pieces.last_mut().expect("it goes on").extend_from_slice(stretch);
-        } else {
-            pieces.push(stretch.to_vec());
-            continues = true;
+/// The stretches of a line that are tested one by one; the last one includes a remainder that is too short for another.
+pub fn stretches(n_columns: usize) -> impl Iterator<Item = Range<usize>> {
+    let n = (n_columns / TOUCHING_COLUMNS).max(1);
+    let start = move |stretch: usize| if stretch == n { n_columns } else { stretch * TOUCHING_COLUMNS };
+    (0..n).map(move |stretch| start(stretch)..start(stretch + 1))
+}
+
+/// The parts of a line of a coarser level between the stretches that are two adjacent lines: where the profile in the
+/// image itself has two maxima with a minimum between them, significant against noise and speckle.
+pub fn single_lines<T: Level>(line: &[Mark], view: &View<T>) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for stretch in stretches(line.len()).filter(|stretch| !is_touching_pair(&line[stretch.clone()], view)) {
+        match parts.last_mut() {
+            Some(before) if before.end == stretch.start => before.end = stretch.end,
+            _ => parts.push(stretch),
         }
     }
-    pieces
+    parts
 }
 
 fn is_touching_pair<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
-    let width_px = stretch.iter().map(Mark::width_px).sum::<f32>() / stretch.len() as f32;
+    let width_px = stretch.iter().map(|mark| mark.width_px).sum::<f32>() / stretch.len() as f32;
     let reach = (TOUCHING_REACH_WIDTHS * width_px) as usize;
     let n_smoothed = ((TOUCHING_SMOOTH_WIDTHS * width_px) as usize).max(1);
     // Neighbouring columns share their speckle: the mean of a block counts once.
