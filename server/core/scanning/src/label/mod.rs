@@ -22,7 +22,8 @@ use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
 use crate::input::line_widths::LineWidths;
 use crate::input::motions::FrameMotion;
-use crate::params::{CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS, UNLABELLED_COST};
+use crate::params::{CONFIRMATION, OUTSIDE_COST, PIECES_PER_TASK, SAMPLE_STRIDE_PX, STUB_WIDTHS, UNLABELLED_COST};
+use crate::threads::for_each_chunk;
 use gather::evidence::Evidence;
 use gather::hypotheses::Samples;
 use solve::interval_bounds::IntervalBounds;
@@ -267,11 +268,11 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
     let size = |(idx, piece): (usize, &Piece)| samples.range(idx).len() as f64 * sample_weight(piece);
     let sizes = pieces.iter().enumerate().map(size).map(|size| size.max(f64::MIN_POSITIVE)).collect();
     let mut evidence = Evidence::new(n_orders, sizes, UNLABELLED_COST);
-    for (idx, piece) in pieces.iter().enumerate() {
-        for label in 0..n_orders {
+    for_each_chunk(&mut evidence.unary, n_orders + 1, PIECES_PER_TASK, |idx, unary| {
+        for (label, unary) in unary[..n_orders].iter_mut().enumerate() {
             let n_outside = samples.range(idx).filter(|&sample| samples.by_order(sample)[label].is_none()).count();
-            evidence.add_unary(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
+            *unary -= OUTSIDE_COST * n_outside as f64 * sample_weight(&pieces[idx]);
         }
-    }
+    });
     evidence
 }

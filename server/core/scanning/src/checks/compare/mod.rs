@@ -121,7 +121,7 @@ impl<'a> Surfaces<'a> {
         let spacing_mm = reference_view.column_mm * COMPARE_STRIDE_PX as f64;
         let radii = [spacing_mm * PATCH_RADIUS_SPACINGS, step * PATCH_RADIUS_SPACINGS];
         let grid = PatchGrid::new(
-            patches.iter().map(|patch| patch.view(&reference_view).xy_mm),
+            patches.par_iter().map(|patch| patch.view(&reference_view).xy_mm),
             reference_view.step_mm,
             radii,
         );

@@ -62,7 +62,7 @@ pub fn add_repeated_observations(evidence: &mut Evidence, scene: &Scene) {
     // Samples of one line share their columns, so that the search radius along the line may be smaller than along the
     // travel.
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
-    let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
+    let grid = PatchGrid::new(patches.par_iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
     let observed: Vec<Vec<Observation>> = (0..scene.pieces.len())
         .into_par_iter()

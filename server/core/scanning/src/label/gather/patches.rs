@@ -1,6 +1,7 @@
 //! A grid over the view for neighbourhood searches.
 
 use nalgebra::Vector2;
+use rayon::prelude::*;
 
 /// Most cells per entry: bounds the memory if a few entries are far from the others.
 const MAX_CELLS_PER_ENTRY: usize = 64;
@@ -31,7 +32,11 @@ pub struct PatchGrid {
 
 impl PatchGrid {
     /// A grid over places of the view. `radii_mm`: search radius across and along `travel`.
-    pub fn new(xy_mm: impl Iterator<Item = Vector2<f64>>, travel: Vector2<f64>, radii_mm: [f64; 2]) -> Self {
+    pub fn new(
+        xy_mm: impl IndexedParallelIterator<Item = Vector2<f64>>,
+        travel: Vector2<f64>,
+        radii_mm: [f64; 2],
+    ) -> Self {
         let mut grid = Self {
             travel: travel.normalize(),
             radii_mm,
@@ -61,7 +66,7 @@ impl PatchGrid {
     }
 
     fn fill(&mut self) {
-        let cells: Vec<usize> = self.places.iter().map(|place| self.cell(place)).collect();
+        let cells: Vec<usize> = self.places.par_iter().map(|place| self.cell(place)).collect();
         let mut starts = vec![0u32; self.n_cells[0] * self.n_cells[1] + 1];
         for &cell in &cells {
             starts[cell + 1] += 1;
@@ -76,7 +81,7 @@ impl PatchGrid {
             next[cell] += 1;
         }
         self.starts = starts;
-        self.places = self.entries.iter().map(|&entry| self.places[entry as usize]).collect();
+        self.places = self.entries.par_iter().map(|&entry| self.places[entry as usize]).collect();
     }
 
     fn cell_along(&self, place: &Vector2<f64>, axis: usize) -> isize {

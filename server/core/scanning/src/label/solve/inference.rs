@@ -80,8 +80,8 @@ pub fn best_labels(evidence: &Evidence, bounds: Option<&IntervalBounds>) -> (Vec
 /// The better of [`best_labels`] and the improved `start`, with the missed surfaces. Mean field finds joint
 /// changes of many pieces, but leaves wrong regions on slopes, where shifted surfaces agree.
 pub fn best_labels_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
-    ConditionalModes::new(evidence).improve(&mut start, &all_pieces(evidence));
-    let (updated, _) = best_labels(evidence, None);
+    let improve = || ConditionalModes::new(evidence).improve(&mut start, &all_pieces(evidence));
+    let ((), (updated, _)) = rayon::join(improve, || best_labels(evidence, None));
     let better = if total_score(evidence, &updated) > total_score(evidence, &start) { updated } else { start };
     with_overlooked_surfaces(evidence, better)
 }
