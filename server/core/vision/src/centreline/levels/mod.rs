@@ -7,7 +7,7 @@
 mod bins;
 mod marks;
 mod merging;
-mod stretches;
+mod survey;
 mod touching;
 
 use super::fast::{self, Memory};
@@ -16,7 +16,7 @@ use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use marks::{Line, Place, as_line, as_lines, without};
 use merging::merged;
-use stretches::{Survey, Surveyor};
+use survey::{Survey, Surveyor};
 
 /// Search for wide lines; its memory is reused from image to image.
 #[derive(Default)]

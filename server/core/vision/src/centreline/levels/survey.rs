@@ -14,9 +14,9 @@ use crate::params::{
 type Lanes = [f32; STRIP_WIDTH_PX];
 
 /// A line in the columns of one strip; rows are infinite in columns without it.
-struct Stretch {
-    line: usize,
-    /// Index in the line of its point in the strip's first column, if it had one there.
+struct LineInStrip {
+    idx: usize,
+    /// Index of its point in the strip's first column, if it had one there.
     first: isize,
     v_px: Lanes,
     width_px: Lanes,
@@ -44,7 +44,7 @@ pub struct Survey {
 pub struct Surveyor {
     /// Columns of each line.
     columns: Vec<Range<usize>>,
-    stretches: Vec<Stretch>,
+    in_strip: Vec<LineInStrip>,
     /// Row ranges of a strip with unexplained light, each with its rows summed over this and the preceding strips; then
     /// those of the strip before.
     left: Vec<(Range<usize>, f32)>,
@@ -78,10 +78,10 @@ impl Surveyor {
         self.before.clear();
         let mut survey = Survey::default();
         for strip in strips {
-            self.stretches.clear();
-            for (line, (points, columns)) in lines.clone().zip(&self.columns).enumerate() {
+            self.in_strip.clear();
+            for (idx, (points, columns)) in lines.clone().zip(&self.columns).enumerate() {
                 if columns.start < strip.u1 && strip.u0 < columns.end {
-                    self.stretches.push(Stretch::of(line, points, columns.start, &point, strip, base_px));
+                    self.in_strip.push(LineInStrip::of(idx, points, columns.start, &point, strip, base_px));
                 }
             }
             self.add_duplicates(&mut survey.duplicates);
@@ -91,11 +91,11 @@ impl Surveyor {
     }
 
     fn add_duplicates(&self, duplicates: &mut Vec<Place>) {
-        let n_points = |stretch: &Stretch| self.columns[stretch.line].len();
-        for (idx, stretch) in self.stretches.iter().enumerate() {
-            for other in &self.stretches[..idx] {
-                let shorter = if n_points(other) < n_points(stretch) { other } else { stretch };
-                duplicates.extend(stretch.columns_near(other).map(|lane| shorter.place(lane)));
+        let n_points = |line: &LineInStrip| self.columns[line.idx].len();
+        for (idx, line) in self.in_strip.iter().enumerate() {
+            for other in &self.in_strip[..idx] {
+                let shorter = if n_points(other) < n_points(line) { other } else { line };
+                duplicates.extend(line.columns_near(other).map(|lane| shorter.place(lane)));
             }
         }
     }
@@ -127,9 +127,9 @@ impl Surveyor {
         // The image itself measures slightly wider lines as well as a level would, and every level costs time.
         let widest = if rows > 1.0 { LEVEL_BAND } else { LEVEL_FIRST_BAND };
         let mut explained_px = [0.0; STRIP_WIDTH_PX];
-        let is_beside = |stretch: &&Stretch| stretch.v_range_px[0] < to_px && from_px <= stretch.v_range_px[1];
-        for stretch in self.stretches.iter().filter(is_beside) {
-            let (v_px, fit, lit_px) = (&stretch.v_px, &stretch.fit, &stretch.lit_px);
+        let is_beside = |line: &&LineInStrip| line.v_range_px[0] < to_px && from_px <= line.v_range_px[1];
+        for line in self.in_strip.iter().filter(is_beside) {
+            let (v_px, fit, lit_px) = (&line.v_px, &line.fit, &line.lit_px);
             for lane in 0..STRIP_WIDTH_PX {
                 let is_own = (from_px <= v_px[lane]) & (v_px[lane] < to_px) & (fit[lane] <= widest);
                 explained_px[lane] += if is_own { lit_px[lane] + LEVEL_LIT_PX * rows } else { 0.0 };
@@ -140,10 +140,10 @@ impl Surveyor {
     }
 }
 
-impl Stretch {
+impl LineInStrip {
     /// The part in a strip of a line that begins in column `first_u`.
     fn of<P>(
-        line: usize,
+        idx: usize,
         points: &[P],
         first_u: usize,
         point: impl Fn(&P) -> (&CentrelinePoint, f32),
@@ -172,12 +172,12 @@ impl Stretch {
         let higher = |a: f32, b: f32| if b > a { b } else { a };
         let highest_px = reduced(v_px.map(|v_px| if v_px.is_finite() { v_px } else { f32::NEG_INFINITY }), higher);
         let (v_range_px, widest_px) = ([reduced(v_px, lower), highest_px], reduced(width_px, higher));
-        Self { line, first, v_px, width_px, fit, lit_px, v_range_px, widest_px }
+        Self { idx, first, v_px, width_px, fit, lit_px, v_range_px, widest_px }
     }
 
-    /// The place of its point in a column of the strip.
+    /// Its point in a column of the strip.
     fn place(&self, lane: usize) -> Place {
-        (self.line, (self.first + lane as isize) as usize)
+        (self.idx, (self.first + lane as isize) as usize)
     }
 
     /// The columns in which it and another line are detections of the same line.
@@ -192,7 +192,7 @@ impl Stretch {
     }
 }
 
-/// One number from those of all columns, half with half: a chain of sixteen steps would take three times as long.
+/// One number from those of all columns, half with half: in a chain each step waits for the one before.
 #[inline(always)]
 fn reduced(mut lanes: Lanes, pick: impl Fn(f32, f32) -> f32) -> f32 {
     let mut n = STRIP_WIDTH_PX;
