@@ -113,7 +113,7 @@ export class ScanRun {
     };
   }
 
-  /** Searches for the scan of an ended job until the returned function is called. */
+  /** Searches for the scan of an ended job; repeats what failed until the returned function is called. */
   private findScan(job: Job): () => void {
     let ended = false;
     let again: ReturnType<typeof setTimeout> | undefined;
