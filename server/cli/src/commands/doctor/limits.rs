@@ -9,8 +9,9 @@ pub const OPENING_WAIT: Duration = Duration::from_secs(8);
 /// brake.
 pub const REST_WAIT: Duration = Duration::from_secs(2);
 
-/// Longest wait for a cancelled examination to end, unless it waits at the prompt: it first waits for the confirmation.
-pub const CANCELLED_WAIT: Duration = Duration::from_secs(3);
+/// Longest wait for a cancelled examination to end, unless it waits at the prompt: it waits for the confirmation of the
+/// Stop, after the step that was running.
+pub const CANCELLED_WAIT: Duration = REST_WAIT.saturating_add(Duration::from_secs(1));
 
 /// Frames of the free run: four seconds at 30 Hz.
 pub const FREE_RUN_FRAMES: usize = 120;
