@@ -9,7 +9,8 @@ use vision::Centrelines;
 use crate::error::{ContentError, ScanError};
 use crate::threads::map_with;
 
-/// Frames processed before their results are consumed in order: enough for many threads, little memory.
+/// Frames processed together, while the results of the batch before are consumed in order: enough for many threads,
+/// little memory.
 const BATCH_FRAMES: usize = 32;
 
 /// One frame of a scan.
