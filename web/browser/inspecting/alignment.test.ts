@@ -63,7 +63,7 @@ function dome(): readonly Triangle[] {
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placePart(server, stlOf([...block(HEIGHT_MM), ...dome()]));
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
+  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.8 };
   scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
 }, 600_000);
 

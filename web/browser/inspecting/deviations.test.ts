@@ -40,7 +40,7 @@ let scan_id: string;
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placePart(server, stlOf(curvedSurface(realHeight(DEFECT_MM), 0)));
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
+  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.8 };
   scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
 }, 600_000);
 

@@ -24,7 +24,7 @@ let scan_id: string;
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placeBlock(server, HEIGHT_MM);
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
+  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.8 };
   scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
 }, 600_000);
 
@@ -147,7 +147,7 @@ test(
       number: 12,
       serial_pattern: "T-[0-9]+",
       attributes: { drawing: "4711" },
-      scan: { from_mm: -12, to_mm: 12, step_mm: 0.4 },
+      scan: { from_mm: -12, to_mm: 12, step_mm: 0.8 },
     });
     const inspected = await server.job("/api/v1/inspections", { recipe: "taught", serial: "T-1" });
     const inspection = await server.call<Schemas["InspectionDto"]>(

@@ -21,7 +21,7 @@ beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   for (const height_mm of [HEIGHT_MM, HEIGHT_MM - LOWER_UM / 1000]) {
     await placeBlock(server, height_mm);
-    const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.4 };
+    const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: 0.8 };
     scans.push((await server.job("/api/v1/scans", scan)).result?.id ?? "");
   }
 }, 600_000);
