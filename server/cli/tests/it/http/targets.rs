@@ -87,7 +87,7 @@ impl Session {
     #[track_caller]
     pub fn measured_over(&self, half_mm: f64, calibration: &Value, tool: &str) -> (String, (f64, f64)) {
         let scan = json!({ "source": { "kind": "station" }, "calibration_id": calibration["id"],
-            "from_mm": -half_mm, "to_mm": half_mm, "step_mm": 0.5, "measure": [{ "tool": tool }] });
+            "from_mm": -half_mm, "to_mm": half_mm, "step_mm": 1.0, "measure": [{ "tool": tool }] });
         let id = self.server.result_of("/api/v1/scans", &scan);
         let list = self.server.get(&format!("/api/v1/scans/{id}/measurements")).expect(200);
         let result = &list["items"][0]["result"];

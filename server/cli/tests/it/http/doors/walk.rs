@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::plant::{Part, Plant};
 use super::{DEFECT_MM, HEIGHT_MM};
@@ -23,9 +23,6 @@ const DIAMETER_MM: f64 = 37.8;
 
 /// Tolerance of the ball, mm: U from a cap is several times that of a step.
 const BALL_TOLERANCE_MM: f64 = 0.08;
-
-/// Distance between rows, mm: half of the rows of other tests.
-const STEP_MM: f64 = 0.8;
 
 /// How far the size drifts over the production, mm: well within the limits.
 const DRIFT_MM: f64 = 0.02;
@@ -52,8 +49,7 @@ fn is_defective(idx: usize) -> bool {
 fn campaign_of_fifty_drifting_parts_at_all_doors() {
     let Some(mut plant) = Plant::start() else { return };
     let recipes = [block_recipe(DEFECT_MM / 2.0), ball_recipe(DIAMETER_MM, BALL_TOLERANCE_MM)];
-    for ((id, number), mut recipe) in ["block", "ball"].into_iter().zip(NUMBERS).zip(recipes) {
-        recipe["scan"]["step_mm"] = json!(STEP_MM);
+    for ((id, number), recipe) in ["block", "ball"].into_iter().zip(NUMBERS).zip(recipes) {
         plant.teach(id, number, recipe);
     }
     let begun = Instant::now();

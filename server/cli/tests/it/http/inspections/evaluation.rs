@@ -38,7 +38,7 @@ fn stored(server: &Server) -> Vec<Value> {
 fn features_and_failures(server: &Server, scan_id: &str, plan: &Value) {
     let found = server.post(
         &format!("/api/v1/scans/{scan_id}/find-features"),
-        &json!({ "tool": "step", "region_mm": [-8, -12, 380, 8, 12, 410] }),
+        &json!({ "tool": "step", "region_mm": [-8, -20, 380, 8, 20, 410] }),
     );
     let found = found.expect(200);
     let [base, top] = &found["features"].as_array().unwrap()[..] else { panic!("{found}") };

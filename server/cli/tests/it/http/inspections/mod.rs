@@ -11,11 +11,15 @@ use serde_json::{Value, json};
 
 use crate::common::server::{Answer, Server};
 
+/// Distance between the rows of a scan, mm: few rows, with which U of the block's height is still below a third of its
+/// tolerance.
+const STEP_MM: f64 = 0.8;
+
 /// A recipe for a block on the table: its height, within ±`tolerance_mm`.
 pub fn block_recipe(tolerance_mm: f64) -> Value {
     json!({
         "name": "block",
-        "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": 0.4 },
+        "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": STEP_MM },
         "plan": {
             "format": "sheaf-plan/1",
             "features": [
@@ -34,7 +38,7 @@ pub fn block_recipe(tolerance_mm: f64) -> Value {
 pub fn ball_recipe(nominal_mm: f64, tolerance_mm: f64) -> Value {
     json!({
         "name": "ball",
-        "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": 0.4 },
+        "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": STEP_MM },
         "plan": {
             "format": "sheaf-plan/1",
             "features": [{ "id": "ball", "shape": { "type": "sphere", "select": { "region": {

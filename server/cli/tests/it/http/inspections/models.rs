@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::block_stl;
+use super::{STEP_MM, block_stl};
 use crate::common::server::Server;
 
 /// Height of the good block, mm, and by how much the drawing is higher.
@@ -105,7 +105,7 @@ fn map(server: &Server, inspection: &Value, plan: &Value, result: &Value) {
 /// A recipe keeps the file of a model that is deleted; its inspection says what the trial said.
 fn inspected(server: &Server, bad: &Value, plan: &Value, model: &Value, said: &Value) {
     let recipe =
-        json!({ "name": "shell", "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": 0.4 }, "plan": plan });
+        json!({ "name": "shell", "scan": { "from_mm": -12.0, "to_mm": 12.0, "step_mm": STEP_MM }, "plan": plan });
     server.post("/api/v1/recipes", &json!({ "id": "shell", "reason": "first", "recipe": recipe })).expect(201);
     let href = format!("/api/v1/models/{}", model["id"].as_str().unwrap());
     assert_eq!(server.send("DELETE", &href, &[], &[]).status, 204);
@@ -129,7 +129,8 @@ fn refused(server: &Server, bad: &Value, plan: &Value) {
     let tried = server.post(&url, &json!({ "plan": plan })).expect(422);
     assert_eq!(tried["pointer"], "/plan/characteristics/0/measure/model", "{tried:#}");
     assert!(tried["remedy"].as_str().unwrap().contains("/api/v1/models"), "{tried:#}");
-    let recipe = json!({ "name": "lost", "scan": { "from_mm": 0.0, "to_mm": 1.0, "step_mm": 0.4 }, "plan": plan });
+    let recipe =
+        json!({ "name": "lost", "scan": { "from_mm": 0.0, "to_mm": 1.0, "step_mm": STEP_MM }, "plan": plan });
     let body = json!({ "id": "lost", "reason": "first", "recipe": recipe });
     let published = server.post("/api/v1/recipes", &body).expect(422);
     assert_eq!(published["pointer"], "/recipe/plan/characteristics/0/measure/model", "{published:#}");
