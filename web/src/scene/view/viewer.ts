@@ -92,6 +92,8 @@ export class CloudViewer {
   private colouring: Colouring | undefined;
   private feature: Feature | undefined;
   private shown = { cloud: true, mesh: false };
+  /** Whether points, mesh or view have changed since they were drawn; otherwise what lies over them is drawn alone. */
+  private stale = true;
   private frame = 0;
   private last_frame_ms = 0;
   private active_until_ms = 0;
@@ -124,7 +126,7 @@ export class CloudViewer {
       clear: () => events.onCleared?.(),
       selecting: (rectangle) => {
         this.selection = rectangle;
-        this.invalidate();
+        this.requestFrame();
       },
       selected: (rectangle) => this.selectRegion(rectangle),
     });
@@ -192,20 +194,20 @@ export class CloudViewer {
   /** Marks picked points. */
   mark(marks: readonly Vec3[]): void {
     this.marks = marks;
-    this.invalidate();
+    this.requestFrame();
   }
 
   /** Labels places of the cloud. */
   label(labels: readonly Label[]): void {
     this.labels = labels;
-    this.invalidate();
+    this.requestFrame();
   }
 
   /** Outlines a box with its dimensions along x, y and z. */
   outline(region: Box | undefined, dimensions: readonly string[] = []): void {
     this.region = region;
     this.dimensions = dimensions;
-    this.invalidate();
+    this.requestFrame();
   }
 
   /** Displays only a part of space. */
@@ -303,6 +305,7 @@ export class CloudViewer {
   snapshot(): string | undefined {
     if (this.lost) return undefined;
     // The content of the canvas is available only until the browser has composited it.
+    this.stale = true;
     this.render();
     const { clientWidth: width_px, clientHeight: height_px, width, height } = this.canvas;
     const image = document.createElement("canvas");
@@ -368,6 +371,12 @@ export class CloudViewer {
   }
 
   private invalidate(): void {
+    this.stale = true;
+    this.requestFrame();
+  }
+
+  /** Marks, labels, outline and selection are drawn again, and the points only if they are stale. */
+  private requestFrame(): void {
     if (this.frame === 0) this.frame = requestAnimationFrame((now) => this.draw(now));
   }
 
@@ -388,8 +397,15 @@ export class CloudViewer {
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
     // Hidden, for example in print: nothing to draw.
     if (width_px === 0 || height_px === 0) return;
-    const { gl, uniforms } = this;
     const clip = this.orbit.clip();
+    if (this.stale) this.renderScene(clip);
+    const { marks, labels, region, dimensions, selection } = this;
+    this.overlay.draw(this.orbit, clip, { marks, labels, region, dimensions, selection }, width_px, height_px);
+  }
+
+  /** Draws points and mesh. */
+  private renderScene(clip: number[]): void {
+    const { gl, uniforms } = this;
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
     const least_px = 1.5 * pixelRatio();
     const size_px = Math.min(12, Math.max(least_px, POINT_SIZE_MM * px_per_mm));
@@ -418,8 +434,7 @@ export class CloudViewer {
       eye_mm: orthographic ? 0 : distance_mm,
       reach_px: Math.max(1, Math.round(size_px)),
     });
-    const { marks, labels, region, dimensions, selection } = this;
-    this.overlay.draw(this.orbit, clip, { marks, labels, region, dimensions, selection }, width_px, height_px);
+    this.stale = false;
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
     this.canvas.dataset.uploaded = String(this.layer.n_uploaded);
@@ -435,6 +450,7 @@ export class CloudViewer {
     }
     if (n_written === 0) return;
     this.waiting = this.waiting.slice(n_written);
+    this.stale = true;
     if (!this.moved_by_user && this.cloud.box) this.orbit.fit(this.cloud.box);
     this.events.onGrown?.(this.cloud);
   }
