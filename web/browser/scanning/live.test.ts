@@ -319,7 +319,7 @@ test("in the dark theme, in German, and ended: all controls remain reachable", a
 test("a dark frame is taken with the lens covered, says how it is used, and is removed", async () => {
   const { page } = seen;
   const card = page.locator("[data-dark-frame]");
-  expect(await card.textContent()).toContain("None taken.");
+  await card.getByText("None taken.").waitFor();
   await card.getByRole("button", { name: "Take dark frame" }).click();
   const dialog = page.getByRole("dialog");
   expect(await dialog.textContent()).toContain("Cover the lens.");

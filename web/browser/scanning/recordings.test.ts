@@ -44,7 +44,7 @@ test("a person records a live view, downloads it and deletes it", async () => {
   const card = page.locator("[data-recordings]");
   const record = card.getByRole("button", { name: "Record", exact: true });
   await expect.poll(() => record.isDisabled()).toBe(true);
-  expect(await card.textContent()).toContain("Nothing recorded yet.");
+  await card.getByText("Nothing recorded yet.").waitFor();
   await page.locator(".controls .card").first().getByRole("button", { name: "Start live view" }).click();
   await until("recording is possible", async () => await record.isEnabled());
   await record.click();
