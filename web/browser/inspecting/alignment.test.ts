@@ -4,16 +4,7 @@ import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../../src/api/client";
 import { block, HEIGHT_MM } from "../support/block";
-import {
-  calibrated,
-  expectAccessibleInBoth,
-  launch,
-  picture,
-  until,
-  VIEWED_STEP_MM,
-  visit,
-  wholeCloud,
-} from "../support/harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "../support/harness";
 import type { Server } from "../support/server";
 import { type Corner, placePart, stlOf, type Triangle } from "../support/stl";
 
@@ -72,8 +63,7 @@ function dome(): readonly Triangle[] {
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placePart(server, stlOf([...block(HEIGHT_MM), ...dome()]));
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: VIEWED_STEP_MM };
-  scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
+  scan_id = await server.scan();
 }, 600_000);
 
 afterAll(async () => {

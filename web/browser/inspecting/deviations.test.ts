@@ -4,16 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../../src/api/client";
 import { englishIn } from "../support/german";
-import {
-  calibrated,
-  expectAccessibleInBoth,
-  launch,
-  picture,
-  until,
-  VIEWED_STEP_MM,
-  visit,
-  wholeCloud,
-} from "../support/harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "../support/harness";
 import { pixelsOf } from "../support/pixels";
 import type { Server } from "../support/server";
 import { curvedSurface, nominalHeight, placePart, realHeight, stlOf } from "../support/stl";
@@ -49,8 +40,7 @@ let scan_id: string;
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placePart(server, stlOf(curvedSurface(realHeight(DEFECT_MM), 0)));
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: VIEWED_STEP_MM };
-  scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
+  scan_id = await server.scan();
 }, 600_000);
 
 afterAll(async () => {

@@ -5,17 +5,8 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../../src/api/client";
 import { HEIGHT_MM, placeBlock } from "../support/block";
 import { englishIn } from "../support/german";
-import {
-  calibrated,
-  expectAccessibleInBoth,
-  launch,
-  picture,
-  until,
-  VIEWED_STEP_MM,
-  visit,
-  wholeCloud,
-} from "../support/harness";
-import type { Server } from "../support/server";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "../support/harness";
+import { type Server, VIEWED_ROWS } from "../support/server";
 
 /** Tests that calibrate or scan, on a busy machine. */
 const STATION_MS = 300_000;
@@ -33,8 +24,7 @@ let scan_id: string;
 beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   await placeBlock(server, HEIGHT_MM);
-  const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: VIEWED_STEP_MM };
-  scan_id = (await server.job("/api/v1/scans", scan)).result?.id ?? "";
+  scan_id = await server.scan();
 }, 600_000);
 
 afterAll(async () => {
@@ -156,7 +146,7 @@ test(
       number: 12,
       serial_pattern: "T-[0-9]+",
       attributes: { drawing: "4711" },
-      scan: { from_mm: -12, to_mm: 12, step_mm: VIEWED_STEP_MM },
+      scan: VIEWED_ROWS,
     });
     const inspected = await server.job("/api/v1/inspections", { recipe: "taught", serial: "T-1" });
     const inspection = await server.call<Schemas["InspectionDto"]>(

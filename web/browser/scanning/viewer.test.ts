@@ -4,16 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { HEIGHT_MM, placeBlock } from "../support/block";
 import { englishIn } from "../support/german";
-import {
-  calibrated,
-  expectAccessibleInBoth,
-  launch,
-  picture,
-  until,
-  VIEWED_STEP_MM,
-  visit,
-  wholeCloud,
-} from "../support/harness";
+import { calibrated, expectAccessibleInBoth, launch, picture, until, visit, wholeCloud } from "../support/harness";
 import type { Server } from "../support/server";
 
 /** The second block is lower by this, µm: many times the noise of a point. */
@@ -30,8 +21,7 @@ beforeAll(async () => {
   [server, browser] = await Promise.all([calibrated(), launch()]);
   for (const height_mm of [HEIGHT_MM, HEIGHT_MM - LOWER_UM / 1000]) {
     await placeBlock(server, height_mm);
-    const scan = { source: { kind: "station" }, from_mm: -12, to_mm: 12, step_mm: VIEWED_STEP_MM };
-    scans.push((await server.job("/api/v1/scans", scan)).result?.id ?? "");
+    scans.push(await server.scan());
   }
 }, 600_000);
 

@@ -18,9 +18,6 @@ const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium-headless-shell
 /** Screenshots for the README and the documents are written here; check each of them. */
 export const PICTURES = process.env.SHEAF_PICTURES ?? join(ROOT, "target/browser");
 
-/** Distance between the rows of clouds to be viewed: the processor draws them, so only pictures for the documents are dense. */
-export const VIEWED_STEP_MM = process.env.SHEAF_PICTURES ? 0.4 : 0.8;
-
 declare module "vitest" {
   interface ProvidedContext {
     /** The data of a calibrated station, for every file of a run. */
