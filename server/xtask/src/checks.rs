@@ -12,7 +12,7 @@ use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::session_weight::LowWeight;
 use crate::steps::{debug_program, is_root};
 use crate::tools::{GENICAM, ensure_broker, ensure_genicam, ensure_node_modules, ensure_python};
-use crate::unchanged::{Executables, page_passed, record, record_page_passed};
+use crate::unchanged::{Check, Executables, record};
 
 /// Slots of a processor that `.config/nextest.toml` divides among tests.
 const SLOTS_PER_PROCESSOR: usize = 4;
@@ -32,7 +32,7 @@ pub fn test() -> Outcome {
         run("build and lints", linted(&build).args(features))
     };
     let with_root = is_root();
-    let mut page_unchanged = false;
+    let mut page_ran = true;
     let beside = || {
         ensure_page()?;
         // Without it, the tests of doors fail with a message.
@@ -49,21 +49,19 @@ pub fn test() -> Outcome {
                 Err(error) => say(&format!("── no {variable} for the tests: {error}")),
             }
         }
-        if page_passed() {
-            page_unchanged = true;
-            return Ok(());
-        }
-        check_page()?;
-        record_page_passed()
+        page_ran = Check::Page.unless_unchanged(check_page)?;
+        Ok(())
     };
     side_by_side(compile, beside)?;
-    if page_unchanged {
+    if !page_ran {
         not_run.insert("checks of the page, which passed and whose files are unchanged".to_owned());
     }
     let low_weight = LowWeight::begin();
     let closing = run_tests(nextest, features, &stand_in, &installed, &mut not_run)?;
     drop(low_weight);
-    test_in_browser(&debug_program())?;
+    if !Check::Browser.unless_unchanged(|| test_in_browser(&debug_program()))? {
+        not_run.insert("tests in the browser, which passed and whose page and program are unchanged".to_owned());
+    }
     if with_root {
         docker_check(Some(&debug_program()))?;
     } else {

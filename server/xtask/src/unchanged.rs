@@ -1,12 +1,12 @@
-//! Skips test executables, and checks of the page, that passed and whose inputs have not changed: most of them after a small
-//! change.
+//! Skips test executables, checks of the page and tests in a browser that passed and whose inputs have not changed: most of
+//! them after a small change.
 //!
 //! A fresh machine has no record, so continuous integration runs all of them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::UNIX_EPOCH;
 
 use serde_json::Value;
 
@@ -14,8 +14,17 @@ use crate::command::{Outcome, target_folder, workspace};
 use crate::linted::linted;
 use crate::steps::{data_folder, debug_program};
 
+/// Folder of the page's sources.
+const WEB: &str = "web/";
+
+/// Packages whose tests read files of the page.
+const READ_THE_PAGE: [&str; 3] = ["sheaf", "sheaf-http", "xtask"];
+
 /// State of the inputs of each test executable, by name: the executable itself, the program if the tests run it, all files
-/// of the repository except Rust code, and the folder of the reference data.
+/// of the repository except Rust code (those of the page only for packages that read it), and the folder of the reference
+/// data.
+///
+/// Content counts, not the time of a change: an executable that was compiled again and is the same has the same state.
 #[derive(PartialEq)]
 pub struct Executables(BTreeMap<String, String>);
 
@@ -25,16 +34,21 @@ impl Executables {
         let list = ["nextest", "list", "--workspace", "--list-type", "binaries-only", "--message-format", "json"];
         let output = linted(&list).args(features).stderr(Stdio::null()).output()?;
         let list: Value = serde_json::from_slice(&output.stdout)?;
-        let environment = environment()?;
-        let program = state(&debug_program());
-        let known = |(name, one): (&String, &Value)| {
-            let own = state(Path::new(one["binary-path"].as_str()?));
-            let runs_program = name == "sheaf" || name.starts_with("sheaf::");
-            let program = if runs_program { program.as_str() } else { "" };
-            Some((name.clone(), format!("{own} {program} {environment}")))
-        };
         let all = list["rust-binaries"].as_object().ok_or("nextest lists no executables")?;
-        Ok(Self(all.iter().filter_map(known).collect()))
+        let path_of =
+            |(name, one): (&String, &Value)| Some((name.clone(), PathBuf::from(one["binary-path"].as_str()?)));
+        let (names, mut paths): (Vec<_>, Vec<_>) = all.iter().filter_map(path_of).unzip();
+        paths.push(debug_program());
+        let mut contents = contents(&paths)?;
+        let program = contents.pop().unwrap_or_default();
+        let with_page = repository_state(&[], |file| !file.ends_with(".rs"))?;
+        let without_page = repository_state(&[], |file| !file.ends_with(".rs") && !file.starts_with(WEB))?;
+        let state = |name: &str, own: &str| {
+            let program = if package_of(name) == "sheaf" { program.as_str() } else { "" };
+            let files = if READ_THE_PAGE.contains(&package_of(name)) { &with_page } else { &without_page };
+            format!("{own} {program} {files} {}", data_folder().display())
+        };
+        Ok(Self(names.into_iter().zip(contents).map(|(name, own)| (name.clone(), state(&name, &own))).collect()))
     }
 
     /// The names of those that passed in their current state.
@@ -46,33 +60,60 @@ impl Executables {
 
     /// Records that all of them passed, except those of packages with tests that were not run: these have not passed.
     pub fn record_passed(&self, not_run: &BTreeSet<&str>) -> Outcome {
-        let mut passed: BTreeMap<String, String> =
-            recorded().into_iter().filter(|(name, _)| name == PAGE).collect();
+        let mut passed = recorded();
+        passed.retain(|name, _| [Check::Page, Check::Browser].map(Check::name).contains(&name.as_str()));
         let of_tests = self.0.iter().filter(|(name, _)| !not_run.contains(package_of(name)));
         passed.extend(of_tests.map(|(name, state)| (name.clone(), state.clone())));
         write_record(&passed)
     }
 }
 
-/// Name of the page's checks in the record.
-const PAGE: &str = "page";
-
-/// Whether the page's checks passed with its files as they are; not known outside of a repository.
-pub fn page_passed() -> bool {
-    page().is_ok_and(|state| recorded().get(PAGE) == Some(&state))
+/// A check that is recorded beside the test executables.
+#[derive(Clone, Copy)]
+pub enum Check {
+    /// Lint, types and unit tests of the page.
+    Page,
+    /// The tests of page and program in a browser.
+    Browser,
 }
 
-/// Records that the page's checks passed.
-pub fn record_page_passed() -> Outcome {
-    let Ok(state) = page() else { return Ok(()) };
-    let mut passed = recorded();
-    passed.insert(PAGE.to_owned(), state);
-    write_record(&passed)
-}
+impl Check {
+    /// Runs the check, unless it passed and its files are as they were then; returns whether it ran.
+    pub fn unless_unchanged(self, run: impl FnOnce() -> Outcome) -> Outcome<bool> {
+        // Unknown outside of a repository, where the check always runs. A file that is written while it runs counts as
+        // changed the next time.
+        let state = self.state().ok();
+        if state.is_some() && recorded().get(self.name()) == state.as_ref() {
+            return Ok(false);
+        }
+        run()?;
+        if let Some(state) = state {
+            let mut passed = recorded();
+            passed.insert(self.name().to_owned(), state);
+            write_record(&passed)?;
+        }
+        Ok(true)
+    }
 
-/// State of the page's files, the API document and the reference messages.
-fn page() -> Outcome<String> {
-    states(&["web", "openapi", "tests"], |_| true)
+    /// Name in the record.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Page => "page",
+            Self::Browser => "browser",
+        }
+    }
+
+    /// State of the page's files, the API document and the reference messages; in a browser also of the program and the
+    /// folder of the reference data.
+    fn state(self) -> Outcome<String> {
+        let files = repository_state(&[WEB, "openapi", "tests"], |_| true)?;
+        match self {
+            Self::Page => Ok(files),
+            Self::Browser => {
+                Ok(format!("{files} {} {}", contents(&[debug_program()])?.concat(), data_folder().display()))
+            }
+        }
+    }
 }
 
 /// What passed before, and in which state.
@@ -97,32 +138,37 @@ pub fn record() -> PathBuf {
     target_folder().join("passed.txt")
 }
 
-/// Length and time of change of a file.
-fn state(file: &Path) -> String {
-    let changed = |file: &Path| {
-        let metadata = std::fs::metadata(file).ok()?;
-        let since = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-        Some(format!("{}@{}", metadata.len(), since.as_nanos()))
-    };
-    changed(file).unwrap_or_else(|| "absent".to_owned())
-}
-
-/// The state of all files that tests may read while they run.
-fn environment() -> Outcome<String> {
-    let states = states(&[], |file| !file.ends_with(".rs"))?;
-    Ok(format!("{states} {}", data_folder().display()))
+/// The hash of each file's content, or `absent`.
+fn contents(files: &[PathBuf]) -> Outcome<Vec<String>> {
+    let hash = ["hash-object", "--no-filters", "--stdin-paths"];
+    let mut git = Command::new("git").args(hash).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+    let present: Vec<bool> = files.iter().map(|file| file.is_file()).collect();
+    let paths: Vec<String> = (files.iter().zip(&present).filter(|(_, is_present)| **is_present))
+        .map(|(file, _)| format!("{}\n", file.display()))
+        .collect();
+    let mut input = git.stdin.take().ok_or("git has no standard input")?;
+    // Beside reading what it prints: either pipe may be full.
+    let writing = std::thread::spawn(move || input.write_all(paths.concat().as_bytes()));
+    let output = git.wait_with_output()?;
+    writing.join().map_err(|_| "the paths could not be written")??;
+    let hashes = String::from_utf8(output.stdout)?;
+    let mut hashes = hashes.lines();
+    let of_file = |is_present| if is_present { hashes.next() } else { Some("absent") };
+    let contents: Option<Vec<_>> = present.into_iter().map(of_file).map(|hash| hash.map(str::to_owned)).collect();
+    contents.filter(|_| output.status.success()).ok_or_else(|| "git cannot read a file".into())
 }
 
 /// State of the repository's files in these folders, or in all; new files that git does not ignore are included.
-fn states(folders: &[&str], is_read: impl Fn(&str) -> bool) -> Outcome<String> {
+fn repository_state(folders: &[&str], is_read: impl Fn(&str) -> bool) -> Outcome<String> {
     let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "--"];
     let output = Command::new("git").args(list).args(folders).current_dir(workspace()).output()?;
     if !output.status.success() {
         return Err("git cannot list the repository's files".into());
     }
     let files = String::from_utf8(output.stdout)?;
-    let read = files.split('\0').filter(|file| !file.is_empty() && is_read(file));
-    let states: String = read.map(|file| format!("{file} {}\n", state(&workspace().join(file)))).collect();
+    let read: Vec<&str> = files.split('\0').filter(|file| !file.is_empty() && is_read(file)).collect();
+    let contents = contents(&read.iter().map(|file| workspace().join(file)).collect::<Vec<_>>())?;
+    let states: String = read.iter().zip(contents).map(|(file, content)| format!("{file} {content}\n")).collect();
     Ok(format!("{:016x}", fnv(states.as_bytes())))
 }
 
@@ -141,14 +187,17 @@ mod tests {
     }
 
     #[test]
-    fn writing_a_file_changes_its_state() {
-        let file = std::env::temp_dir().join(format!("sheaf-xtask-{}", std::process::id()));
-        std::fs::write(&file, "one").unwrap();
-        let before = state(&file);
-        assert_eq!(state(&file), before);
-        std::fs::write(&file, "three").unwrap();
-        assert_ne!(state(&file), before);
-        std::fs::remove_file(&file).unwrap();
-        assert_eq!(state(&file), "absent");
+    fn a_file_is_known_by_its_content() {
+        let folder = std::env::temp_dir().join(format!("sheaf-xtask-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let files = ["one", "none", "same", "other"].map(|name| folder.join(name));
+        for (file, content) in [(&files[0], "1"), (&files[2], "1"), (&files[3], "2")] {
+            std::fs::write(file, content).unwrap();
+        }
+        let contents = contents(&files).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(contents[0], contents[2]);
+        assert_ne!(contents[0], contents[3]);
+        assert_eq!(contents[1], "absent");
     }
 }
