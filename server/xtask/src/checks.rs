@@ -104,6 +104,7 @@ fn run_tests(
     };
     let executables = if nextest { Executables::built(features).ok() } else { None };
     let passed = executables.as_ref().map(Executables::passed).unwrap_or_default();
+    let documented = executables.as_ref().map(Executables::documented).unwrap_or_default();
     let closing = if nextest {
         let n_processors = std::thread::available_parallelism().map_or(1, usize::from);
         let slots = (SLOTS_PER_PROCESSOR * n_processors).to_string();
@@ -117,7 +118,7 @@ fn run_tests(
         let (mut computing, mut waiting) = (Vec::new(), Vec::new());
         side_by_side(
             || {
-                document(features, stand_in, &passed)?;
+                document(features, stand_in, &documented)?;
                 computing = tests(in_background(&profile("computing")))?;
                 Ok(())
             },
@@ -141,9 +142,10 @@ fn run_tests(
     if !passed.is_empty() {
         let file = record();
         not_run.insert(format!(
-            "{} test executables that passed and whose inputs are unchanged, and the documentation of their libraries (to \
-             run them, delete {})",
+            "{} test executables that passed and whose inputs are unchanged, and the documentation of {} packages that \
+             have not been compiled since (to run them, delete {})",
             passed.len(),
+            documented.len(),
             file.display()
         ));
     }

@@ -72,11 +72,11 @@ pub fn stand_in() -> Outcome<PathBuf> {
     Ok(copy)
 }
 
-/// Documents libraries, where a broken link is an error, and runs the examples in them: all but those whose unit tests are
-/// among the executables that `passed` in their current state.
-pub fn document(features: &[&str], stand_in: &Path, passed: &[&str]) -> Outcome {
+/// Documents libraries, where a broken link is an error, and runs the examples in them: all but those of the `documented`
+/// packages, which passed and have not been compiled since.
+pub fn document(features: &[&str], stand_in: &Path, documented: &[&str]) -> Outcome {
     let mut command = in_background(&["test", "--workspace", "--doc", "--quiet"]);
-    command.env(UNCHANGED, passed.join(" "));
+    command.env(UNCHANGED, documented.join(" "));
     command.args(features).env("RUSTDOC", stand_in).env(DOCUMENTED_INTO, target_folder().join("doc"));
     let mut lines = Vec::new();
     run_line_by_line("documentation", command, |line| lines.push(line.to_owned()))?;

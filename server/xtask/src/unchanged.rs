@@ -5,8 +5,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::Value;
 
@@ -18,15 +19,22 @@ use crate::steps::{data_folder, debug_program};
 const WEB: &str = "web/";
 
 /// Packages whose tests read files of the page.
-const READ_THE_PAGE: [&str; 3] = ["sheaf", "sheaf-http", "xtask"];
+const READ_THE_PAGE: [&str; 2] = ["sheaf", "sheaf-http"];
+
+/// The package whose tests read all of the repository, in a second: they always run.
+const READS_ALL: &str = "xtask";
 
 /// State of the inputs of each test executable, by name: the executable itself, the program if the tests run it, all files
 /// of the repository except Rust code (those of the page only for packages that read it), and the folder of the reference
 /// data.
 ///
-/// Content counts, not the time of a change: an executable that was compiled again and is the same has the same state.
-#[derive(PartialEq)]
-pub struct Executables(BTreeMap<String, String>);
+/// Those of [`READS_ALL`] are left out. Content counts, not the time of a change: an executable that was compiled again and is
+/// bit by bit the same has the same state.
+pub struct Executables {
+    states: BTreeMap<String, String>,
+    /// When those of unit tests were compiled, by package. Documentation may have changed where code has not.
+    compiled: BTreeMap<String, String>,
+}
 
 impl Executables {
     /// The executables of this build.
@@ -37,7 +45,8 @@ impl Executables {
         let all = list["rust-binaries"].as_object().ok_or("nextest lists no executables")?;
         let path_of =
             |(name, one): (&String, &Value)| Some((name.clone(), PathBuf::from(one["binary-path"].as_str()?)));
-        let (names, mut paths): (Vec<_>, Vec<_>) = all.iter().filter_map(path_of).unzip();
+        let of_others = all.iter().filter(|(name, _)| package_of(name) != READS_ALL);
+        let (names, mut paths): (Vec<_>, Vec<_>) = of_others.filter_map(path_of).unzip();
         paths.push(debug_program());
         let mut contents = contents(&paths)?;
         let program = contents.pop().unwrap_or_default();
@@ -48,22 +57,36 @@ impl Executables {
             let files = if READ_THE_PAGE.contains(&package_of(name)) { &with_page } else { &without_page };
             format!("{own} {program} {files} {}", data_folder().display())
         };
-        Ok(Self(names.into_iter().zip(contents).map(|(name, own)| (name.clone(), state(&name, &own))).collect()))
+        let of_packages = names.iter().zip(&paths).filter(|(name, _)| !name.contains("::"));
+        Ok(Self {
+            compiled: of_packages.map(|(name, path)| (name.clone(), time_of_change(path))).collect(),
+            states: names.iter().zip(contents).map(|(name, own)| (name.clone(), state(name, &own))).collect(),
+        })
     }
 
     /// The names of those that passed in their current state.
     pub fn passed(&self) -> Vec<&str> {
         let passed = recorded();
         let is_unchanged = |(name, state): &(&String, &String)| passed.get(*name) == Some(*state);
-        self.0.iter().filter(is_unchanged).map(|(name, _)| name.as_str()).collect()
+        self.states.iter().filter(is_unchanged).map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Records that all of them passed, except those of packages with tests that were not run: these have not passed.
+    /// The packages whose documentation passed and that have not been compiled since, nor anything they depend on.
+    pub fn documented(&self) -> Vec<&str> {
+        let passed = recorded();
+        let is_unchanged =
+            |(package, time): &(&String, &String)| passed.get(&documentation(package)) == Some(*time);
+        self.compiled.iter().filter(is_unchanged).map(|(package, _)| package.as_str()).collect()
+    }
+
+    /// Records that all of them passed, except those of packages with tests that were not run (these have not passed), and
+    /// the documentation of all packages.
     pub fn record_passed(&self, not_run: &BTreeSet<&str>) -> Outcome {
         let mut passed = recorded();
         passed.retain(|name, _| [Check::Page, Check::Browser].map(Check::name).contains(&name.as_str()));
-        let of_tests = self.0.iter().filter(|(name, _)| !not_run.contains(package_of(name)));
+        let of_tests = self.states.iter().filter(|(name, _)| !not_run.contains(package_of(name)));
         passed.extend(of_tests.map(|(name, state)| (name.clone(), state.clone())));
+        passed.extend(self.compiled.iter().map(|(package, time)| (documentation(package), time.clone())));
         write_record(&passed)
     }
 }
@@ -136,6 +159,18 @@ fn package_of(executable: &str) -> &str {
 /// The file with the record; deleting it by hand makes all tests run again.
 pub fn record() -> PathBuf {
     target_folder().join("passed.txt")
+}
+
+/// Name of a package's documentation in the record.
+fn documentation(package: &str) -> String {
+    format!("documentation of {package}")
+}
+
+/// When a file was last written, ns since 1970, or `absent`.
+fn time_of_change(file: &Path) -> String {
+    let since = |time: SystemTime| time.duration_since(UNIX_EPOCH).ok();
+    let changed = std::fs::metadata(file).and_then(|metadata| metadata.modified()).ok().and_then(since);
+    changed.map_or_else(|| "absent".to_owned(), |since| since.as_nanos().to_string())
 }
 
 /// The hash of each file's content, or `absent`.
