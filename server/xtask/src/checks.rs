@@ -139,12 +139,17 @@ fn run_tests(
         let packages = recorded.lines().filter_map(|line| line.split_once(' ')).map(|(package, _)| package);
         executables.record_passed(&packages.collect())?;
     }
+    let file = record();
     if !passed.is_empty() {
-        let file = record();
         not_run.insert(format!(
-            "{} test executables that passed and whose inputs are unchanged, and the documentation of {} packages that \
-             have not been compiled since (to run them, delete {})",
+            "{} test executables that passed and whose inputs are unchanged (to run them, delete {})",
             passed.len(),
+            file.display()
+        ));
+    }
+    if !documented.is_empty() {
+        not_run.insert(format!(
+            "documentation of {} libraries that passed and were not compiled since (to check it, delete {})",
             documented.len(),
             file.display()
         ));

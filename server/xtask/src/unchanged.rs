@@ -18,6 +18,9 @@ use crate::steps::{data_folder, debug_program};
 /// Folder of the page's sources.
 const WEB: &str = "web/";
 
+/// What checks of the page and tests in a browser read: its sources, the API document and the reference messages.
+const READ_BY_THE_PAGE: [&str; 3] = [WEB, "openapi/", "tests/"];
+
 /// Packages whose tests read files of the page.
 const READ_THE_PAGE: [&str; 2] = ["sheaf", "sheaf-http"];
 
@@ -50,8 +53,9 @@ impl Executables {
         paths.push(debug_program());
         let mut contents = contents(&paths)?;
         let program = contents.pop().unwrap_or_default();
-        let with_page = repository_state(&[], |file| !file.ends_with(".rs"))?;
-        let without_page = repository_state(&[], |file| !file.ends_with(".rs") && !file.starts_with(WEB))?;
+        let files = repository_files()?;
+        let (with_page, without_page) =
+            (state_of(&files, |_| true), state_of(&files, |file| !file.starts_with(WEB)));
         let state = |name: &str, own: &str| {
             let program = if package_of(name) == "sheaf" { program.as_str() } else { "" };
             let files = if READ_THE_PAGE.contains(&package_of(name)) { &with_page } else { &without_page };
@@ -129,7 +133,8 @@ impl Check {
     /// State of the page's files, the API document and the reference messages; in a browser also of the program and the
     /// folder of the reference data.
     fn state(self) -> Outcome<String> {
-        let files = repository_state(&[WEB, "openapi", "tests"], |_| true)?;
+        let is_read = |file: &str| READ_BY_THE_PAGE.iter().any(|folder| file.starts_with(folder));
+        let files = state_of(&repository_files()?, is_read);
         match self {
             Self::Page => Ok(files),
             Self::Browser => {
@@ -193,18 +198,26 @@ fn contents(files: &[PathBuf]) -> Outcome<Vec<String>> {
     contents.filter(|_| output.status.success()).ok_or_else(|| "git cannot read a file".into())
 }
 
-/// State of the repository's files in these folders, or in all; new files that git does not ignore are included.
-fn repository_state(folders: &[&str], is_read: impl Fn(&str) -> bool) -> Outcome<String> {
-    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "--"];
-    let output = Command::new("git").args(list).args(folders).current_dir(workspace()).output()?;
+/// All files of the repository except Rust code, with the hashes of their contents; new files that git does not ignore are
+/// included.
+fn repository_files() -> Outcome<Vec<(String, String)>> {
+    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
+    let output = Command::new("git").args(list).current_dir(workspace()).output()?;
     if !output.status.success() {
         return Err("git cannot list the repository's files".into());
     }
-    let files = String::from_utf8(output.stdout)?;
-    let read: Vec<&str> = files.split('\0').filter(|file| !file.is_empty() && is_read(file)).collect();
-    let contents = contents(&read.iter().map(|file| workspace().join(file)).collect::<Vec<_>>())?;
-    let states: String = read.iter().zip(contents).map(|(file, content)| format!("{file} {content}\n")).collect();
-    Ok(format!("{:016x}", fnv(states.as_bytes())))
+    let names = String::from_utf8(output.stdout)?;
+    let names = names.split('\0').filter(|name| !name.is_empty() && !name.ends_with(".rs"));
+    let (names, paths): (Vec<_>, Vec<_>) = names.map(|name| (name.to_owned(), workspace().join(name))).unzip();
+    let contents = contents(&paths)?;
+    Ok(names.into_iter().zip(contents).collect())
+}
+
+/// State of those files that are read.
+fn state_of(files: &[(String, String)], is_read: impl Fn(&str) -> bool) -> String {
+    let read = files.iter().filter(|(name, _)| is_read(name));
+    let states: String = read.map(|(name, content)| format!("{name} {content}\n")).collect();
+    format!("{:016x}", fnv(states.as_bytes()))
 }
 
 /// FNV-1a, sufficient to detect changes.
