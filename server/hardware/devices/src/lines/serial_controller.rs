@@ -115,7 +115,8 @@ pub struct Controller<D: Dialogue> {
 }
 
 impl<D: Dialogue> Controller<D> {
-    /// Starts a thread called `name` and waits, at most `open_limit`, until the controller is connected and checked.
+    /// Starts a thread called `name` and waits, at most `open_limit`, until the controller is connected and checked. A
+    /// fault that can be cleared over the line does not prevent this; it is reported when the controller is used.
     ///
     /// # Errors
     /// Why it was not.
@@ -148,7 +149,8 @@ impl<D: Dialogue> Controller<D> {
         while !inner.session.has_opened_or_failed() && time::now() < deadline {
             inner = self.shared.wait(inner, deadline);
         }
-        inner.session.check_fault()
+        let is_connected = inner.session.has_opened_or_failed() && !inner.session.is_down();
+        if is_connected { Ok(()) } else { inner.session.check_fault() }
     }
 
     /// Lets `act` change the session, and writes the resulting output.

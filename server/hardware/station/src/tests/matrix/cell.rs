@@ -97,7 +97,8 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
             activity.expect_ended_by_fault();
             if scenario == Scenario::Absent {
                 // It is not connected as long as the cause lasts.
-                assert!(matches!(rig.bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
+                let reset = rig.bench.manual(Manual::Reset);
+                assert!(matches!(reset, Err(StationRefusal::InError { .. })), "the reset ended with {reset:?}");
             }
         }
         Reaction::ReportedAtUse(..) => {

@@ -145,7 +145,7 @@ impl Session {
     }
 
     /// Evaluates the flag of an answer; returns whether it is a fault.
-    fn evaluate_flag(&mut self, flag: &str, queried_at: Instant, now: Instant) -> bool {
+    pub(super) fn evaluate_flag(&mut self, flag: &str, queried_at: Instant, now: Instant) -> bool {
         let (severity, meaning) = flag_meaning(flag);
         self.last_flag_unreferenced = severity == Severity::Unreferenced;
         match severity {

@@ -116,6 +116,8 @@ impl Session {
                 (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
                 self.seen = Some(LastReport { steps, busy: false, at: now });
                 self.received_at = Some(now);
+                // An emergency stop may be pressed already.
+                self.evaluate_flag(&status.flag, pending.sent_at, now);
             }
             Err(fault) => self.down(fault),
         }

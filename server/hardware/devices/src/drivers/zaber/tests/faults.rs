@@ -168,3 +168,34 @@ fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
         crate::time::sleep(Duration::from_millis(2));
     }
 }
+
+#[test]
+fn a_flag_that_is_set_when_the_device_is_opened_is_a_fault_at_once_and_can_be_cleared() {
+    for (what, event) in [
+        (FaultKind::EmergencyStop, Event::EmergencyStop),
+        (FaultKind::Stall, Event::Stall),
+        (FaultKind::Push, Event::Push),
+    ] {
+        let bench = default_bench();
+        bench.simulator.trigger_event(event);
+        let mut stage = bench.open();
+        let fault = stage.poll();
+        assert!(matches!(fault, Err(StageError::Warned { .. })), "{what:?}: {fault:?}");
+        recovers_ready(&bench, &mut stage, what);
+    }
+}
+
+#[test]
+fn a_device_reopened_with_its_emergency_stop_pressed_is_never_without_fault() {
+    let bench = default_bench();
+    let mut stage = bench.open();
+    bench.simulator.unplug();
+    wait_until(REPORT_LIMIT + SLACK, "it is noticed", || stage.poll().is_err());
+    bench.simulator.trigger_event(Event::EmergencyStop);
+    bench.simulator.replug();
+    stage.reconnect().unwrap();
+    wait_until(Duration::from_secs(5), "it is opened", || {
+        let fault = stage.poll().expect_err("it works despite its emergency stop");
+        matches!(fault, StageError::Warned { .. })
+    });
+}
