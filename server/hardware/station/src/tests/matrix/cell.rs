@@ -96,7 +96,7 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
             expect_reported(rig, device, kinds, injected);
             activity.expect_ended_by_fault();
             if scenario == Scenario::Absent {
-                // It is not connected as long as the cause lasts.
+                // It cannot be used as long as the cause lasts.
                 let reset = rig.bench.manual(Manual::Reset);
                 assert!(matches!(reset, Err(StationRefusal::InError { .. })), "the reset ended with {reset:?}");
             }

@@ -171,13 +171,9 @@ fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
 
 #[test]
 fn a_flag_that_is_set_when_the_device_is_opened_is_a_fault_at_once_and_can_be_cleared() {
-    for (what, event) in [
-        (FaultKind::EmergencyStop, Event::EmergencyStop),
-        (FaultKind::Stall, Event::Stall),
-        (FaultKind::Push, Event::Push),
-    ] {
+    for what in [FaultKind::EmergencyStop, FaultKind::Stall, FaultKind::Push] {
         let bench = default_bench();
-        bench.simulator.trigger_event(event);
+        trigger_event(&bench, what);
         let mut stage = bench.open();
         let fault = stage.poll();
         assert!(matches!(fault, Err(StageError::Warned { .. })), "{what:?}: {fault:?}");
